@@ -11,7 +11,7 @@ from epa_rt.gap.rig.foreign.chamber_laws import rate_pa_s
 from epa_rt.gap.rig.foreign.operators import carried, dahl, lugre, swung
 from epa_rt.gap.rig.foreign.repeats import lap_differences, lap_samples
 from epa_rt.gap.rig.foreign.signals import shifted
-from tests.gap.foreign.made import subject_of
+from tests.gap.foreign.made import one_trial, subject_of
 
 
 def test_a_carriage_by_newtons_law():
@@ -231,3 +231,39 @@ def test_laps_are_found_by_the_motion_and_told_from_disturbed_ones():
     assert lap_samples({"a": motion + noise[0], "b": 2.0 * motion + noise[1]}, 100.0) == 400
     assert lap_samples({"a": motion, "b": motion + np.sin(2 * np.pi * t / 3.1)}, 100.0) is None
     assert np.nanstd(lap_differences(noise[0] * 1e3, 400.0)) == pytest.approx(1.0, rel=0.1)
+
+
+@settings(max_examples=6, deadline=None, derandomize=True)
+@given(rows=st.floats(0.0, 3.0))
+def test_dry_friction_of_a_piston_turns_round_late_by_parts_of_a_row(rows):
+    subject, period_s = subject_of("piston").evenly(), 0.01
+    delay_s, t = rows * period_s, np.arange(0.0, 40.0, 0.01)
+
+    def place_m(t):
+        return 0.017 - 0.015 * np.cos(2 * np.pi * 0.11 * t) + 0.002 * np.sin(2 * np.pi * 0.43 * t)
+
+    def speed_m_s(t):
+        return 0.015 * 2 * np.pi * 0.11 * np.sin(
+            2 * np.pi * 0.11 * t
+        ) + 0.002 * 2 * np.pi * 0.43 * np.cos(2 * np.pi * 0.43 * t)
+
+    def over_pa(t):
+        return 4e5 + 3e4 * np.sin(2 * np.pi * 0.3 * t)
+
+    then = t - delay_s
+    force = 5e-4 * over_pa(then) + 110.0 * speed_m_s(then) + 10.0 * np.sign(speed_m_s(then))
+    names = subject.rig.channels
+    made = one_trial(
+        "made",
+        subject.name,
+        period_s,
+        {
+            names["position"]: place_m(t),
+            names["pressure"]: 101_325.0 + over_pa(t),
+            names["force"]: force,
+        },
+    )
+    truth = {"piston.area_m2": 5e-4, "friction.viscous_n_s_m": 110.0, "friction.coulomb_n": 10.0}
+    truth["sensor.force_delay_s"] = delay_s
+    left_n = subject.residual(subject.prepare(made), truth, subject.links[0].name)
+    assert np.nanstd(left_n) < 0.15  # where 10 N turn round in 17 of 4000 rows

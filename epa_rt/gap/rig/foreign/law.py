@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from epa_rt.gap.rig.foreign.component import Numbers, Parameter, effect
-from epa_rt.gap.rig.foreign.signals import slope
+from epa_rt.gap.rig.foreign.signals import shifted, slope
 from epa_rt.models.effect import Effect
 
 LINK = ("force",)
@@ -59,7 +59,7 @@ def motion(
 ) -> Motion:
     """Speed, acceleration and direction of a position. ``filtered``: as ``Motion`` has it."""
     speed = slope(position_m, rate_hz, filtered)
-    sign = speed / np.hypot(speed, REST_RATIO * typical_speed_m_s)
+    sign = _direction(speed, typical_speed_m_s)
     return Motion(
         position_m,
         speed,
@@ -70,6 +70,27 @@ def motion(
         1.0 / rate_hz,
         filtered,
     )
+
+
+def late(m: Motion, rows: float, typical_speed_m_s: float) -> Motion:
+    """The motion as it was so many rows ago, whole or not. Its direction turns round where the
+    speed does, between two rows as well: dry friction shifted by part of a row would be blurred.
+    """
+    speed = shifted(m.speed_m_s, rows)
+    return replace(
+        m,
+        position_m=shifted(m.position_m, rows),
+        speed_m_s=speed,
+        acceleration_m_s2=shifted(m.acceleration_m_s2, rows),
+        sign=_direction(speed, typical_speed_m_s),
+        place_ratio=shifted(m.place_ratio, rows),
+    )
+
+
+def _direction(speed_m_s: np.ndarray, typical_speed_m_s: float) -> np.ndarray:
+    """(N,) -1 to 1, rounded off about a rest."""
+    found: np.ndarray = speed_m_s / np.hypot(speed_m_s, REST_RATIO * typical_speed_m_s)
+    return found
 
 
 def either_way(m: Motion) -> tuple[Motion, Motion]:

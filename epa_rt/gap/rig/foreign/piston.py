@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
-from epa_rt.gap.rig.foreign.law import LINK, Motion, either_way, motion, sloped_otherwise
+from epa_rt.gap.rig.foreign.law import LINK, Motion, either_way, late, motion, sloped_otherwise
 from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.reversals import REVERSALS, Turning, turning_of
@@ -43,12 +43,21 @@ def prepare(signals: Signals, numbers: Numbers) -> Prepared:
 
 
 def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
-    """(N,) measured force less ``predicted_n``, N, at the log's rate, unfiltered."""
-    return prepared.signals.columns["force"] - predicted_n(prepared, numbers)
+    """(N,) measured force less that of EQUATIONS, N, at the log's rate, unfiltered."""
+    return prepared.signals.columns["force"] - predicted_n(as_read(prepared, numbers), numbers)
+
+
+def as_read(prepared: Prepared, numbers: Numbers) -> Prepared:
+    """Motion and pressure as they were when the force that is read was there."""
+    rows = numbers["sensor.force_delay_s"] * prepared.signals.rate_hz
+    if rows == 0.0:
+        return prepared
+    moved = late(prepared.motion, rows, numbers["typical_speed"])
+    return replace(prepared, over_pa=shifted(prepared.over_pa, rows), motion=moved)
 
 
 def predicted_n(prepared: Prepared, n: Numbers) -> np.ndarray:
-    """Force at the rod, (N,), positive where it is pushed in."""
+    """Force at the rod of a motion, (N,), positive where it is pushed in."""
     m, over = in_contact(prepared.motion, n), prepared.over_pa - n["sensor.zero_pa"]
     if n["gas.pressure_lag_s"] != 0.0:
         over = over + n["gas.pressure_lag_s"] * prepared.signals.slope(over)
@@ -56,10 +65,7 @@ def predicted_n(prepared: Prepared, n: Numbers) -> np.ndarray:
     force = area * over + n["friction.viscous_n_s_m"] * m.speed_m_s + stray_force_n(m, n)
     if n["piston.mass_kg"] != 0.0:
         force = force + n["piston.mass_kg"] * m.acceleration_m_s2
-    force = force + n["friction.seal_ratio"] * n["piston.area_m2"] * over * m.sign
-    if n["sensor.force_delay_s"] != 0.0:
-        force = shifted(force, n["sensor.force_delay_s"] * prepared.signals.rate_hz)
-    return force
+    return force + n["friction.seal_ratio"] * n["piston.area_m2"] * over * m.sign
 
 
 def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:
@@ -71,9 +77,10 @@ def turning(prepared: Prepared, numbers: Numbers) -> Turning:
     """The piston's motion; its dry friction, and what the rows tell no better of its force, (N,),
     N.
     """
-    m = prepared.motion
+    read = as_read(prepared, numbers)
+    m = read.motion
     here, less, on, back = (
-        predicted_n(replace(prepared, motion=way), numbers)
+        predicted_n(replace(read, motion=way), numbers)
         for way in (m, sloped_otherwise(m), *either_way(m))
     )
     return turning_of(prepared.signals, m, 0.5 * (on - back), here - less, numbers)
@@ -180,8 +187,8 @@ EQUATIONS = (
         " X as of a carriage; over = p - atmosphere - z, over -> over + T dover/dt"
     ),
     (
-        "F = A (1 + taper X) over + B v + M a + laws of friction + mu A over sgn(v), then"
-        " F(t) -> F(t - delay) by cubic interpolation"
+        "F = A (1 + taper X) over + B v + M a + laws of friction + mu A over sgn(v), of x, v, a, X"
+        " and over at t - delay by cubic interpolation, and of sgn(v) of that v"
     ),
     *REVERSALS,
     "residual = force - F, low-passed and thinned out to the rig file's rate",
