@@ -186,10 +186,8 @@ EQUATIONS = (
         "x and p: place and pressure as read, low-passed, x as that of a carriage; v, a, sgn(v) and"
         " X as of a carriage; over = p - atmosphere - z, over -> over + T dover/dt"
     ),
-    (
-        "F = A (1 + taper X) over + B v + M a + laws of friction + mu A over sgn(v), of x, v, a, X"
-        " and over at t - delay by cubic interpolation, and of sgn(v) of that v"
-    ),
+    "F = A (1 + taper X) over + B v + M a + laws of friction + mu A over sgn(v)",
+    "x, v, a, X and over at t - delay, by cubic interpolation; sgn(v) of that v",
     *REVERSALS,
     "residual = force - F, low-passed and thinned out to the rig file's rate",
 )
