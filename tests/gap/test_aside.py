@@ -68,3 +68,12 @@ def _one_trial(subject, name: str, gap_rad: float) -> Recording:
     made = subject.free_run(log, {}, None)
     bent = made.columns[position_of] + gap_rad * np.sin(np.arange(1000) / 7.0)
     return replace(made, columns={**made.columns, position_of: bent})
+
+
+def test_a_log_in_which_the_plant_runs_away_is_fitted():
+    subject = subject_of("servo")
+    logs = [
+        _one_trial(subject, f"log {i}", gap_rad) for i, gap_rad in enumerate((1e-3, 1e200, 0.0))
+    ]
+    judged = split(subject, logs)[1].only(logs)
+    assert [one.name for one in judged] != ["log 1"]

@@ -126,13 +126,15 @@ def _middling(subject: Subject, recordings: Sequence[Recording]) -> str:
     ready = {one.name: subject.prepare(one) for one in recordings}
     left = dict.fromkeys(ready, 0.0)
     for link in subject.links:
-        squares = {
-            name: float(np.nansum(subject.residual(one, {}, link.name) ** 2))
-            for name, one in ready.items()
-        }
+        with np.errstate(over="ignore", invalid="ignore"):  # a plant that runs away
+            squares = {
+                name: float(np.nansum(subject.residual(one, {}, link.name) ** 2))
+                for name, one in ready.items()
+            }
         most = max(squares.values())
         for name, square in squares.items():
-            left[name] += square / most if most > 0.0 else 0.0
+            if most > 0.0:
+                left[name] += 1.0 if square == most else square / most
     return sorted(left, key=lambda name: (left[name], name))[(len(left) - 1) // 2]
 
 
