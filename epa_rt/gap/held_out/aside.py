@@ -120,8 +120,9 @@ def split(subject: Subject, recordings: Sequence[Recording]) -> tuple[Part, Part
 
 
 def _middling(subject: Subject, recordings: Sequence[Recording]) -> str:
-    """Name of the log in which the plant file leaves as much as in the median one (the lower one),
-    of what it leaves in all: the fits keep what shows most, and what is set aside shows some of it.
+    """Name of the log with the median sum of the squares that the plant file leaves (the lower of
+    two); each link counts by its largest. The fits keep what shows most, and what is set aside
+    shows some of it.
     """
     ready = {one.name: subject.prepare(one) for one in recordings}
     left = dict.fromkeys(ready, 0.0)

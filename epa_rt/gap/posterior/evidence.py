@@ -130,7 +130,7 @@ def log_evidence(model: Model, prior: Prior, numbers: Numbers) -> float:
     """Log of the joint probability of data and model, up to what is the same for all models, over
     the views that the model has.
     """
-    total = prior.log(model.effects, numbers.effect_odds, numbers.further_odds)
+    total = prior.log_odds(model.effects, numbers.effect_odds, numbers.further_odds)
     total += occam(model, numbers)
     return total + _strain_of(model) + of_views(model.views, numbers)
 

@@ -12,15 +12,16 @@ class Prior:
     ``families``: of each effect of the catalogue. ``in_plant``: effects that the plant file has.
     Their strengths are guesses: they share the odds that one is wrong among themselves, each for
     itself, whatever else is missing. ``measured``: healthy runs have measured the plant, so that
-    its own effects change no more often than others set in.
+    its own effects change no more often than others set in. Either way they share their families'
+    odds with no other law.
     """
 
     families: Mapping[str, str]
     in_plant: Collection[str] = ()
     measured: bool = False
 
-    def log(self, effects: Sequence[str], one: float, further: float) -> float:
-        """Log odds of a set against none. ``one``: those of one effect of any family; ``further``:
+    def log_odds(self, effects: Sequence[str], one: float, further: float) -> float:
+        """Of a set against none. ``one``: those of one effect of any family; ``further``:
         of one more.
         """
         lacking = [family for name, family in self.families.items() if name not in self.in_plant]

@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import signal
 
+from epa_rt.gap.likelihood.colour import LOWPASS_ORDER
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign import servo_model
 from epa_rt.gap.rig.foreign.chamber_laws import rate_pa_s
 from epa_rt.gap.rig.foreign.operators import carried, dahl, lugre, swung
 from epa_rt.gap.rig.foreign.repeats import lap_differences, lap_samples
-from epa_rt.gap.rig.foreign.signals import shifted
+from epa_rt.gap.rig.foreign.signals import lowpass, shifted
 from tests.gap.foreign.made import one_trial, subject_of
 
 
@@ -267,3 +269,11 @@ def test_dry_friction_of_a_piston_turns_round_late_by_parts_of_a_row(rows):
     truth["sensor.force_delay_s"] = delay_s
     left_n = subject.residual(subject.prepare(made), truth, subject.links[0].name)
     assert np.nanstd(left_n) < 0.15  # where 10 N turn round in 17 of 4000 rows
+
+
+@given(rows=st.integers(16, 300), hertz=st.floats(0.5, 49.5), seed=st.integers(0, 9))
+def test_the_low_pass_is_scipy_s_forth_and_back_to_the_bit(rows, hertz, seed):
+    values = np.random.default_rng(seed).standard_normal(rows)
+    sections = signal.butter(LOWPASS_ORDER, hertz / 50.0, output="sos")
+    made = lowpass(values, 100.0, hertz)
+    assert np.array_equal(made, signal.sosfiltfilt(sections, values))

@@ -82,11 +82,13 @@ def test_a_fit_finds_the_numbers_again(kind, name, size):
     begins = [dict(zip(effect.knobs, one, strict=True)) for one in effect.starts]
     if effect.sets_in:  # valleys: from starts that take most off as they are, as in the search
         begins = unlike(sorted(begins, key=lambda one: float(np.sum(left(inside(one)) ** 2))), 6)
+    else:
+        begins = begins[:1]
     scale = np.sqrt(
         np.mean(left(np.array([subject.knobs[key].value for key in effect.knobs]) / spread) ** 2)
     )
     fits = []
-    for one in begins if effect.sets_in else begins[:1]:
+    for one in begins:
         fit = least_squares(
             lambda x: left(x) / scale,
             inside(one),

@@ -207,7 +207,7 @@ def test_a_law_that_the_plant_file_has_shares_its_odds_with_no_other_and_makes_n
     odds = START.effect_odds, START.further_odds
 
     def log(*effects: str, in_plant: tuple[str, ...] = (), measured: bool = False) -> float:
-        return Prior(families, in_plant, measured).log(effects, *odds)
+        return Prior(families, in_plant, measured).log_odds(effects, *odds)
 
     assert log("dahl", in_plant=("coulomb",)) == pytest.approx(log("leak") - np.log(2.0))
     for own in (("coulomb",), ("coulomb", "seal")):  # shared among themselves
@@ -230,6 +230,6 @@ def test_a_law_that_the_plant_file_has_shares_its_odds_with_no_other_and_makes_n
 def test_one_effect_more_costs_what_the_prior_of_the_larger_set_says(own, of, measured):
     prior = Prior({name: name for name in "abcd"}, tuple(sorted(own)), measured)
     odds, here = (START.effect_odds, START.further_odds), tuple(sorted(of))
-    larger = [prior.log((*here, one), *odds) for one in "abcd" if one not in of]
-    best = max(larger, default=-np.inf) - prior.log(here, *odds)
+    larger = [prior.log_odds((*here, one), *odds) for one in "abcd" if one not in of]
+    best = max(larger, default=-np.inf) - prior.log_odds(here, *odds)
     assert prior.log_of_one_more(here, *odds) == pytest.approx(best)
