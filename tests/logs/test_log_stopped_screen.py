@@ -7,9 +7,11 @@ import fcntl
 import os
 import pty
 import select
+import struct
 import subprocess
 import sys
 import termios
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -40,7 +42,7 @@ def screen(kind: str) -> Iterator[tuple[int, int]]:
         if kind == "stopped terminal":
             termios.tcflow(writer, termios.TCOOFF)  # what Ctrl-S does
         else:
-            _fill(writer)
+            _fill(reader, writer)
         yield reader, writer
     finally:
         if kind == "stopped terminal":
@@ -49,12 +51,27 @@ def screen(kind: str) -> Iterator[tuple[int, int]]:
         os.close(writer)
 
 
-def _fill(writer: int) -> None:
+LINE_BUFFER_BYTES = 4095  # what a terminal holds for its reader; the kernel fills it by and by
+
+
+def _fill(reader: int, writer: int) -> None:
+    """Write until nothing is taken and nothing is on its way that would make room again."""
     os.set_blocking(writer, False)
+    while _written(writer) or _waiting(reader) < LINE_BUFFER_BYTES:
+        time.sleep(0.01)
+    os.set_blocking(writer, True)
+
+
+def _written(writer: int) -> int:
+    written = 0
     with contextlib.suppress(BlockingIOError):
         while True:
-            os.write(writer, b"x" * 64)
-    os.set_blocking(writer, True)
+            written += os.write(writer, b"x" * 64)
+    return written
+
+
+def _waiting(reader: int) -> int:
+    return struct.unpack("i", fcntl.ioctl(reader, termios.FIONREAD, bytes(4)))[0]
 
 
 KINDS = pytest.mark.parametrize(
