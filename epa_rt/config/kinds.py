@@ -15,7 +15,7 @@ WORDS = {
     "study": "a study file",
     "mapping": "a mapping of epa import",
     "zero": "the zero file of a rig",
-    "foreign rig": "a rig file of others (kind: ...)",
+    "foreign rig": "a rig file of others (kind: ...), which epa gap reads",
     "foreign plant": "a plant file of others (kind: ...)",
 }
 _MAGIC = {b"\x89MCAP0": "a log (MCAP)", b"PK\x03\x04": "a zip archive", b"\x89PNG": "a picture"}

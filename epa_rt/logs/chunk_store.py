@@ -229,7 +229,10 @@ def _map(path: str) -> mmap.mmap:
         raise LogError(f"{path}: found {found_there}, expected a log{near}") from None
     known = named(Path(path)) or f"a file that begins with {found!r}"
     what = known if found else "an empty file"
-    raise LogError(f"{path}: found {what}, expected an MCAP log (it begins with {MCAP0_MAGIC!r})")
+    raise LogError(
+        f"{path}: found {what}, expected an MCAP log (it begins with {MCAP0_MAGIC!r}); epa import"
+        " makes one of other files"
+    )
 
 
 def _seconds(t_ns: int) -> str:

@@ -112,12 +112,28 @@ def test_time_that_goes_back_is_said(tmp_path, capsys):
         ("Temperature (degC)", "temperature", "K", "measured"),
         ("F/N", "force", "N", "measured"),
         ("ref_x_mm", "length", "mm", "reference"),
+        ("Sollposition [\N{MICRO SIGN}m]", "length", "um", "either"),
+        ("Motorkraft [N]", "force", "N", "measured"),
     ],
 )
 def test_units_in_names(name, quantity, text, part):
     words = words_of(name)
     assert words.unit is not None
     assert (words.unit.quantity, words.unit.text, words.part) == (quantity, text, part)
+
+
+@pytest.mark.parametrize(
+    ("name", "tokens"),
+    [
+        ("Motorkraft", ("motor", "kraft")),
+        ("jointangle", ("joint", "angle")),
+        ("loadcell", ("loadcell",)),
+        ("overpressure_kPa", ("overpressure",)),  # a unit says it, and no part of it does
+        ("acceleration", ("acceleration",)),
+    ],
+)
+def test_a_compound_is_read_by_the_quantity_that_it_ends_in(name, tokens):
+    assert words_of(name).tokens == tokens
 
 
 @given(st.text(max_size=60))

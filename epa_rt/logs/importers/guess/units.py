@@ -40,8 +40,8 @@ SUFFIXES = {
 """What a signal's name ends in, by quantity."""
 
 _TABLE = (
-    ("length", "m:m meter meters metre metres;mm:mm millimeter millimeters;cm:cm;um:um micron"),
-    ("length", "inch:in inch inches;ft:ft feet"),
+    ("length", "m:m meter meters metre metres;mm:mm millimeter millimeters;cm:cm"),
+    ("length", "um:um micron microns \N{MICRO SIGN}m;inch:in inch inches;ft:ft feet"),
     ("angle", "rad:rad rads radian radians;mrad:mrad;deg:deg degs degree degrees \N{DEGREE SIGN}"),
     ("angle", "rev:rev revs turn turns revolutions"),
     ("speed", "m/s:m/s mps m.s-1;mm/s:mm/s mmps;cm/s:cm/s;inch/s:in/s ips"),

@@ -43,6 +43,7 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     )
     for word in words.split()
 }  # fmt: skip
+_COMPOUND = 5  # letters from which a quantity's word at the end of a longer one is that word
 _STEMS = ("positions", "angles", "pressures", "currents", "voltages", "speeds")
 
 
@@ -70,6 +71,17 @@ _UNIT_WORDS = _set(
 _JOINTS = _set("joint knee hip elbow ankle wrist shoulder motor servo arm")
 
 
+# no compounds: words with a meaning of their own
+_WHOLE = frozenset(
+    (
+        *QUANTITIES,
+        *_STEMS,
+        *(_COMMANDS | _LIKELY_COMMANDS | _REFERENCES | _EITHER | _CLOCKS | _COUNTERS | _TRIALS),
+        *(_UNIT_WORDS | _JOINTS),
+    )
+)
+
+
 class Words(NamedTuple):
     """What a name says. ``quantities``: those that it may mean, the likeliest first; ``unit``: as
     it is written into the name; ``part``: 'measured', 'command', 'likely command', 'reference',
@@ -88,7 +100,7 @@ class Words(NamedTuple):
 def words_of(name: str) -> Words:
     """Reads a column's name, such as 'cmd_pos [mm]', 'jointVel_deg_s', '/joint/position[knee]'."""
     unit, rest = _bracketed(name)
-    tokens = [part.lower() for part in _PARTS.findall(rest)]
+    tokens = [word for part in _PARTS.findall(rest) for word in _apart(part.lower())]
     if unit is None:
         unit, tokens = _trailing(rest, tokens)
     if unit is None:
@@ -96,6 +108,16 @@ def words_of(name: str) -> Words:
     quantities, sure = _quantities(tokens)
     against = against_of(tokens) or (unit.against if unit is not None else "")
     return Words(quantities, unit, _part(tokens), sure, tuple(tokens), against)
+
+
+def _apart(token: str) -> tuple[str, ...]:
+    """A compound's words where the last one is a quantity: 'sollposition', 'motorkraft'."""
+    if token in _WHOLE:
+        return (token,)
+    ends = [one for one in QUANTITIES if len(one) >= _COMPOUND and token.endswith(one)]
+    longest = max(ends, key=len, default="")
+    head = token.removesuffix(longest)
+    return (head, longest) if longest and len(head) > 1 else (token,)
 
 
 def _bracketed(name: str) -> tuple[Unit | None, str]:
