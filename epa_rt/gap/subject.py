@@ -16,6 +16,7 @@ from epa_rt.gap.recording import Recording
 from epa_rt.models.effect import Effect, Knob
 
 FINITE_STEP = 0.01  # of a knob's spread, for derivatives, where a subject wants no other
+CHANGED = "_changed"  # how an effect ends that is another number than a baseline's
 OF_RUN = "run."  # how the key of a run's own level begins: a nuisance, of no plant file
 Values = Mapping[str, float]  # knob key to value; keys left out stay as the plant file says
 

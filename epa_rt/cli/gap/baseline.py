@@ -48,9 +48,28 @@ def since(given: Opened, rig: Path, plant: Path | None, baseline: Sequence[Path]
     fitted = halves[0].only(given.recordings) if halves else given.recordings
     names = [one.name for one in fitted]  # of a log that is set aside no fit sees the level
     found = given.found
+    if far := lacking(healthy):
+        found = (*found, far)
     if noted:
         found = (*found, f"of the baseline's logs {len(noted)} notes, the first: {noted[0]}")
     return replace(given, subject=SinceBaseline(healthy, names), found=found)
+
+
+def lacking(healthy: "Healthy") -> str:
+    """That the plant lacks something of the healthy runs, so that its numbers mean nothing beside
+    what they share; '' where not.
+    """
+    from epa_rt.config.units import with_unit
+
+    far = [q for link in healthy.links for q in healthy.impossible(link)]
+    if not far:
+        return ""
+    words = [f"{q.key} of {with_unit(f'{q.values.mean():.3g}', q.unit)}" for q in far]
+    return (
+        f"the healthy runs would have {' and '.join(words)}, which cannot be: the plant file lacks"
+        " something that they have, and a name may be wrong; diagnose one of them without"
+        " --baseline first"
+    )
 
 
 def _stamped(log: Path) -> tuple[Path, int, int]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from epa_rt.gap.diagnosis import Who
+from epa_rt.gap.subject import CHANGED
 
 Sets = Sequence[Sequence[str]]
 SAYS_OF: Mapping[Who, str] = {
@@ -44,11 +45,8 @@ def told_of_sets(sets: Sets, probability: Mapping[str, float]) -> str:
         first = all_of([f"{plain(name)} ({probability[name]:.2f})" for name in sets[0]])
         return f"these logs do not tell which: {first}; or {'; or '.join(map(set_words, sets[1:]))}"
     more = dict.fromkeys(plain(name) for one in sets for name in one if name not in sure)
-    named = all_of([f"{plain(name)} ({probability[name]:.2f})" for name in sure])
-    return (
-        f"{named} {_is(sure)} missing; whether {all_of(list(more), 'or')} is too, these logs do not"
-        " tell"
-    )
+    told = _told({name: plain(name) for name in sure}, probability, SAYS_OF["rig"])
+    return f"{told}; whether {all_of(list(more), 'or')} is too, these logs do not tell"
 
 
 def told_of_names(
@@ -68,10 +66,21 @@ def told_of_names(
                 name: all_of([plain(law) for law in (name, *instead.get(name, ()))], "or")
                 for name in names
             }
-            named = all_of([f"{laws[name]} ({probability[name]:.2f})" for name in names])
-            told.append(f"{named} {_is(names)} {says}")
+            told.append(_told(laws, probability, says))
     return f"{'; '.join(told)}{', and something besides' if more else ''}"
 
 
-def _is(names: Sequence[str]) -> str:
-    return "are" if len(names) > 1 else "is"
+def _told(laws: Mapping[str, str], probability: Mapping[str, float], says: str) -> str:
+    """What ``says`` of names in words, but for numbers of the plant, which are never missing."""
+    changed = [name for name in laws if name.endswith(CHANGED)]
+    told = []
+    for names, what in (
+        ([name for name in laws if name not in changed], says),
+        (changed, "not that of the healthy runs"),
+    ):
+        if names:
+            words = [laws[name].removesuffix(plain(CHANGED)) for name in names]
+            shares = (probability[name] for name in names)
+            named = all_of([f"{a} ({b:.2f})" for a, b in zip(words, shares, strict=True)])
+            told.append(f"{named} {'are' if len(names) > 1 else 'is'} {what}")
+    return "; ".join(told)

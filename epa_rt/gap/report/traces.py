@@ -13,7 +13,9 @@ from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject, Values
 
 EXCERPT_S = 6.0
-BELIEVED, REFITTED = "as believed", "with nominal parameters refitted"  # what the plant before is
+# what the plant before is
+BELIEVED, REFITTED = "as believed", "with nominal parameters refitted"
+HEALTHY = "as in the healthy runs"
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ def _left(
         recording.name,
         t_s[cut],
         (
-            (f"before, {REFITTED}", "before", residual[cut]),
+            (f"before, {REFITTED if subject.usual is None else HEALTHY}", "before", residual[cut]),
             ("with the effects", "after", rest[cut]),
         ),
         floor.rms,

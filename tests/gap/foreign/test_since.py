@@ -2,11 +2,13 @@
 are refused.
 """
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from epa_rt.cli.gap.baseline import lacking
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign import open_foreign
@@ -87,6 +89,17 @@ def test_friction_that_has_grown_is_named_with_its_size():
     assert found.effects and found.effects[0].family == "friction", found.says
     level = next(one for one in subject.changes([log]) if one.name == "friction.coulomb_n")
     assert level.spreads > 5.0 and level.now == pytest.approx(1.4 * COULOMB_N, rel=0.12)
+
+
+def test_numbers_that_cannot_be_are_said_and_stand_in_no_table():
+    """A plant that lacks much of what every healthy run has."""
+    there = healthy()
+    level = next(q for q in there.quantities if q.key == "carriage.inertia_kg")
+    assert not there.impossible("force")
+    lost = replace(there, quantities=(replace(level, values=-level.values), *there.quantities[1:]))
+    assert [q.key for q in lost.impossible("force")] == ["carriage.inertia_kg"]
+    assert [one.name for one in SinceBaseline(lost).changes([run(50)])] == ["force as a whole"]
+    assert "carriage.inertia_kg of -9" in lacking(lost) and not lacking(there)
 
 
 def test_of_a_log_that_no_fit_sees_the_level_is_taken_off_within_bounds():

@@ -11,6 +11,11 @@ from epa_rt.gap.posterior.words import set_words, told_of_names, told_of_sets
         ({"creep": 0.97}, False, "creep (0.97) is missing"),
         ({"creep": 0.97}, True, "creep (0.97) is missing, and something besides"),
         ({"creep": 0.97, "gauge_lag": 0.9}, False, "creep (0.97) and gauge lag (0.90) are missing"),
+        (
+            {"viscous_changed": 0.97, "spring": 0.9},
+            False,
+            "spring (0.90) is missing; viscous (0.97) is not that of the healthy runs",
+        ),
     ],
 )
 def test_names_are_said_with_their_probability(names, more, words):

@@ -113,6 +113,15 @@ class Healthy:
         weights = own.regions.weights(self.subject.features(prepared, link))
         return shapes @ own.mean + table @ own.weights, shapes @ own.wander, weights
 
+    def impossible(self, link: str) -> tuple[Quantity, ...]:
+        """Numbers of a link that in some run would be what they cannot be: the plant lacks so much
+        of what every run has that straight lines from it lead nowhere.
+        """
+        own = ((q, self.subject.knobs[q.key]) for q in self.quantities if q.link == link)
+        return tuple(
+            q for q, knob in own if q.values.min() < knob.low or q.values.max() > knob.high
+        )
+
     def check(self, recordings: Sequence[Recording]) -> None:
         """Raises NotHealthy where a recording is of another experiment than the runs."""
         for one in recordings:

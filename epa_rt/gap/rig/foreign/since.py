@@ -24,7 +24,7 @@ from epa_rt.gap.rig.foreign.healthy import (
     shapes_of,
 )
 from epa_rt.gap.rig.foreign.plant_file import suffix_of
-from epa_rt.gap.subject import OF_RUN, Plain, Usual, Values
+from epa_rt.gap.subject import CHANGED, OF_RUN, Plain, Usual, Values
 from epa_rt.models.effect import Effect, Knob
 
 TYPICAL = 0.1  # part of a stated number by which it changes, from which fits begin
@@ -167,12 +167,14 @@ class SinceBaseline(Plain):
             each = [self._levels(*one, link) for one in zip(made, shapes, strict=True)]
             found.append(_as_a_whole(health, link, unit, np.mean(each, axis=0), shapes))
             rows = [q for q in self.healthy.quantities if q.link == link]
+            rows = [] if self.healthy.impossible(link) else rows
             # fitted beside the same others as those of the healthy runs were
             keys = [key for key in quantity_keys(self.own) if link in self.own.touched(key)]
             own = [measured(self.own, one, health, link, keys) for one in made] if rows else []
             for q in rows:
                 now = np.array([values[keys.index(q.key)] for values in own])
-                if np.isfinite(now).all():
+                knob = self.own.knobs[q.key]
+                if np.all((knob.low <= now) & (now <= knob.high)):
                     found.append(_change(q.key, q.unit, q.values, now))
         return tuple(sorted(found, key=lambda one: -abs(one.spreads)))
 
@@ -222,7 +224,7 @@ def _changed(knob: Knob) -> Effect:
         for part in (TYPICAL, -TYPICAL)
     )
     return Effect(
-        f"{plain}_changed",
+        f"{plain}{CHANGED}",
         plain,
         block,
         (knob.key,),
