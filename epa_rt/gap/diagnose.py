@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from epa_rt.gap.answer.named import by_log, moved, numbers
+from epa_rt.gap.answer.named import by_log, moved, nominal, numbers
 from epa_rt.gap.answer.since_when import onset
 from epa_rt.gap.answer.whose import who_has
 from epa_rt.gap.answer.wording import said_of_moved, said_of_onset
@@ -135,7 +135,8 @@ def diagnose(
     if verdict == "not_in_catalogue":
         progress("where it comes from", 0.95)
         whence = origins(start.problem, start.base.values)
-    went = moved(fit.problem, fit.final.normal, off)
+    own = nominal(fit.problem, fit.final.normal, off)
+    went = moved(fit.problem, fit.final.normal, own)
     could = as_told(found, table, answer)
     begins = _begins(fit, table, answer)
     names = tuple(
@@ -163,6 +164,7 @@ def diagnose(
         ),
         onset=begins,
         nominal_moved=went,
+        nominal=own,
         not_tested=silent,
         shrinkage=rows,
         fitted=dict(fit.after),

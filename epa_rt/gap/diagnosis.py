@@ -266,7 +266,7 @@ class Diagnosis:
     found_first: tuple[str, ...] = ()  # what hygiene found; said before any effect
     location: tuple[Place, ...] = ()
     effects: tuple[Named, ...] = ()
-    nominal_moved: tuple[Number, ...] = ()
+    nominal_moved: tuple[Number, ...] = ()  # of ``nominal``, further than anybody believed
     not_tested: tuple[str, ...] = ()  # effects that these logs could not have shown
     shrinkage: tuple[Shrinkage, ...] = ()
     remainder: tuple[Remainder, ...] = ()
@@ -293,6 +293,7 @@ class Diagnosis:
     )  # rig, plant, logs, held-out logs, catalogue left out
     onset: Onset | None = None  # within a log, where one is likelier than none
     changes: tuple[Change, ...] = ()  # since the baseline, the furthest first; only with one
+    nominal: tuple[Number, ...] = ()  # the plant file's own numbers, as fitted beside the effects
 
     def as_json(self) -> dict:
         return asdict(self)

@@ -156,7 +156,8 @@ def run(arguments: argparse.Namespace) -> int:
                 if not diagnosis.effects
                 else "this rig has no model of the whole that could be drawn"
             )
-            out.print(str(path) if path in written else f"{path}: not written, {why}")
+            older = "; the file of that name is older" if path.exists() else ""
+            out.print(str(path) if path in written else f"{path}: not written, {why}{older}")
     return code
 
 

@@ -1,5 +1,6 @@
 """The numbers of a name as an answer gives them, with their intervals."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -61,17 +62,25 @@ def by_log(problem: Problem, point: Point, effect: str) -> tuple[Number, ...]:
     return tuple(found) if len(found) > 1 else ()
 
 
-def moved(problem: Problem, normal: Normal, off: np.ndarray | None) -> tuple[Number, ...]:
-    """Nominal parameters that went further from the plant file than anybody believed they could, in
-    differences or in ratios: a half is as far off as twice as much.
-    """
+def nominal(problem: Problem, normal: Normal, off: np.ndarray | None) -> tuple[Number, ...]:
+    """Nominal parameters as fitted, but for what is a number of one run alone."""
     width = intervals(normal, problem.nominal, off)
     return tuple(
         _number(problem, key, problem.knobs[key].value + z * problem.spread(key), width[key])
         for key, z in zip(normal.keys, normal.z, strict=True)
-        if problem.knobs[key].effect is None
-        and max(abs(z), _in_ratio(problem, key, z)) > MOVED
-        and not key.startswith(OF_RUN)
+        if problem.knobs[key].effect is None and not key.startswith(OF_RUN)
+    )
+
+
+def moved(problem: Problem, normal: Normal, fitted: Sequence[Number]) -> tuple[Number, ...]:
+    """Of nominal parameters as ``fitted`` those that went further from the plant file than anybody
+    believed they could, in differences or in ratios: a half is as far off as twice as much.
+    """
+    z_of = dict(zip(normal.keys, normal.z, strict=True))
+    return tuple(
+        one
+        for one in fitted
+        if max(abs(z_of[one.name]), _in_ratio(problem, one.name, z_of[one.name])) > MOVED
     )
 
 

@@ -34,6 +34,8 @@ def effects(diagnosis: Diagnosis) -> Html:
                 " the logs insist."
             ),
         ]
+    if diagnosis.nominal:
+        parts.append(folded("The plant file's own numbers, as fitted", _numbers(diagnosis.nominal)))
     if diagnosis.changes:
         parts += [tag("h3", "What moved since the baseline"), _changes(diagnosis.changes)]
     return join(parts)

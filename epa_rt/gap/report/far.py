@@ -9,6 +9,7 @@ from epa_rt.gap.report.words import (
     BASELINES,
     MODES,
     SOURCES,
+    before_words,
     channel_words,
     got_worse,
     judged_on,
@@ -38,7 +39,7 @@ def how_far(diagnosis: Diagnosis) -> Html:
             " zero the patch makes it worse; where it is less than −100 %, the multiples of the"
             " floor before and after stand in its place. Its 95 % interval stands in brackets."
             " Before: ",
-            BASELINES["refitted" if diagnosis.effects else "plant_file"],
+            before_words(diagnosis, shown_rows(diagnosis)[0]),
             "; after: ",
             (
                 "with the effects."

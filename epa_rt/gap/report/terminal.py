@@ -17,11 +17,11 @@ from epa_rt.gap.report.gate import gate_line
 from epa_rt.gap.report.left_words import ends_words, goes_with
 from epa_rt.gap.report.origin import origin_words
 from epa_rt.gap.report.words import (
-    BASELINES,
     MODES,
     PROBABILITY,
     VERDICTS,
     WHO,
+    before_words,
     by_log_words,
     channel_words,
     free_run_words,
@@ -33,6 +33,7 @@ from epa_rt.gap.report.words import (
     percent,
     plain,
     region_words,
+    said_otherwise,
     share_words,
     shown_rows,
     sigmas,
@@ -58,12 +59,14 @@ def show(diagnosis: Diagnosis, out: Console) -> None:
         out.print(f"{words}.", style="bold yellow")
     if diagnosis.effects:
         _effects(diagnosis, out)
+    _nominal(diagnosis, out)
     if words := free_run_words(diagnosis):
         out.print(words)
     if diagnosis.posterior:
         show_posterior(diagnosis.posterior, out)
     show_location(diagnosis.location, out)
-    if any(row.floor_source == "sensors" for row in diagnosis.shrinkage):
+    unmeasured = any(row.floor_source == "sensors" for row in diagnosis.shrinkage)
+    if unmeasured and not diagnosis.inputs.get("holdout"):  # of the fitted logs too
         out.print(UNMEASURED, style="dim")
     if words := origin_words(diagnosis.origins):
         out.print(words)
@@ -92,8 +95,9 @@ def show_found(found: Sequence[str], out: Console) -> None:
 
 
 UNMEASURED = (
-    "No run of the rig or of the plant has measured this floor: slow noise is not in it, and σ is"
-    " too high then. Repeats of one motion tell; of a rig of others laps, or its repeats_to."
+    "No run of the rig or of the plant has measured this floor: slow noise is not in it, so that σ"
+    " and times the floor come out too high. Repeats of one motion tell; of a rig of others laps,"
+    " or its repeats_to."
 )
 
 
@@ -199,9 +203,17 @@ def _effects(diagnosis: Diagnosis, out: Console) -> None:
         out.print(
             f"{plain(effect.name)}: {WHO[effect.who]}; the plant file says {says}", style="bold"
         )
-    for one in diagnosis.nominal_moved:
+
+
+def _nominal(diagnosis: Diagnosis, out: Console) -> None:
+    """Numbers of the plant file that these logs say otherwise."""
+    told = (*diagnosis.nominal_moved, *said_otherwise(diagnosis))
+    if told:
+        out.print("The plant file's own numbers that these logs say otherwise:")
+    for one in told:
         value, interval, neutral, unit = parameter_words(one)
-        out.print(f"moved with it: {one.name} from {neutral} to {value} {unit} ({interval})")
+        further = ", further than it should be wrong" if one in diagnosis.nominal_moved else ""
+        out.print(f"  {one.name} from {neutral} to {value} {unit} ({interval}){further}")
 
 
 def _changes(diagnosis: Diagnosis, out: Console) -> None:
@@ -221,7 +233,7 @@ def _far(diagnosis: Diagnosis, out: Console) -> None:
     if not rows:
         return
     out.print(
-        f"How far, on {judged_on(diagnosis)}; before: {BASELINES[rows[0].baseline]}, after:"
+        f"How far, on {judged_on(diagnosis)}; before: {before_words(diagnosis, rows[0])}, after:"
         f" {'with the effects' if diagnosis.effects else 'refitted'}"
     )
     table = Table(
@@ -247,6 +259,8 @@ def _far(diagnosis: Diagnosis, out: Console) -> None:
             style="bold" if row.channel == OVERALL else None,
         )
     out.print(table)
+    if diagnosis.inputs.get("holdout") and any(row.floor_source == "sensors" for row in rows):
+        out.print(UNMEASURED, style="dim")
     out.print(
         "block by block: every block fed with what was measured. free run: the whole plant fed with"
         " the commands alone.",

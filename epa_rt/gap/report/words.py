@@ -195,6 +195,20 @@ def alike_words(diagnosis: Diagnosis) -> str:
     )
 
 
+def said_otherwise(diagnosis: Diagnosis) -> tuple[Number, ...]:
+    """Numbers of the plant file, within belief, whose interval is without what the file says."""
+    return tuple(
+        one
+        for one in diagnosis.nominal
+        if not one.low <= one.neutral <= one.high and one not in diagnosis.nominal_moved
+    )
+
+
+def before_words(diagnosis: Diagnosis, row: Shrinkage) -> str:
+    """What a shrinkage counts from."""
+    return "the rig as its healthy runs have it" if diagnosis.changes else BASELINES[row.baseline]
+
+
 def judged_on(diagnosis: Diagnosis) -> str:
     """On what the shrinkage was measured."""
     held = diagnosis.inputs.get("holdout") or ()

@@ -18,9 +18,10 @@ from epa_rt.gap.answer.patch import (
     load_diagnosis,
     patched_text,
 )
-from epa_rt.gap.diagnosis import Diagnosis
+from epa_rt.gap.diagnosis import Diagnosis, Number
 from epa_rt.gap.report.as_json import json_text, schema
 from epa_rt.gap.report.gate import gate_words
+from epa_rt.gap.report.page import gap_page
 from epa_rt.gap.report.terminal import show
 from epa_rt.gap.report.words import parameter_words, percent, sigmas, size, times
 from tests.gap.damper import Damper
@@ -227,6 +228,16 @@ def test_the_terminal_explains_its_figures_in_words():
 def test_a_floor_that_no_run_has_measured_is_said_to_make_sigma_too_high(source, said):
     rows = tuple(replace(row, floor_source=source) for row in EXPLAINED.shrinkage)
     assert ("has measured this floor" in shown(replace(EXPLAINED, shrinkage=rows))) == said
+
+
+def test_a_number_of_the_plant_file_that_the_logs_say_otherwise_is_said():
+    drag = Number("friction.viscous_n_s_m", 246.0, "N*s/m", 240.0, 252.0, 180.0)
+    mass = Number("carriage.inertia_kg", 42.1, "kg", 41.0, 43.2, 42.0)
+    told = replace(NO_GAP, nominal=(drag, mass))
+    text = shown(told)
+    assert "friction.viscous_n_s_m from 180.0 to 246.0 N·s/m (240.0 to 252.0)" in text
+    assert "carriage.inertia_kg" not in text
+    assert all(one.name in gap_page(told) for one in (drag, mass))
 
 
 def test_an_effect_that_the_rig_does_not_have_shows_no_fitted_numbers():
