@@ -1,0 +1,66 @@
+"""Processor time of every test, with the processes that it starts: what CI spends its minutes on.
+
+Wall time says little of it where tests share two processors. Linux only.
+
+  scripts/test.sh -p tests.processor_time
+"""
+
+from collections import Counter, defaultdict
+from os import getpid, sysconf
+from pathlib import Path
+
+import pytest
+
+SHOWN = 40  # tests in the table at the end, the parameters of one counted together
+PROPERTY = "processor_s"
+_TICKS_PER_S = sysconf("SC_CLK_TCK")
+_PARENT, _TIMES = 1, slice(11, 15)  # of /proc/PID/stat behind the name: own time, and of children
+
+
+def used_s() -> float:
+    """Processor time of this process and all below it, of those that have ended too, s."""
+    time_of, below = {}, defaultdict(list)
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = path.read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
+        except OSError:  # it has ended
+            continue
+        pid = int(path.parent.name)
+        time_of[pid] = sum(map(int, fields[_TIMES])) / _TICKS_PER_S
+        below[int(fields[_PARENT])].append(pid)
+    total, waiting = 0.0, [getpid()]
+    while waiting:
+        pid = waiting.pop()
+        total += time_of.get(pid, 0.0)
+        waiting += below[pid]
+    return total
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item):
+    """What a test's fixtures take is the test's."""
+    item.stash[BEGUN] = used_s()
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item):
+    found = yield
+    item.user_properties.append((PROPERTY, round(used_s() - item.stash[BEGUN], 2)))
+    return found
+
+
+BEGUN = pytest.StashKey[float]()
+
+
+def pytest_terminal_summary(terminalreporter):
+    """A table, the largest first."""
+    total: Counter[str] = Counter()
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            if getattr(report, "when", "") == "teardown":
+                name = report.nodeid.partition("@")[0].partition("[")[0]
+                total[name] += dict(report.user_properties).get(PROPERTY, 0.0)
+    terminalreporter.section(f"processor time: {sum(total.values()):.0f} s")
+    for name, seconds in total.most_common(SHOWN):
+        terminalreporter.line(f"{seconds:7.1f} s  {name}")
