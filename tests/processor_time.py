@@ -13,6 +13,7 @@ import pytest
 
 SHOWN = 40  # tests in the table at the end, the parameters of one counted together
 PROPERTY = "processor_s"
+BEGUN = pytest.StashKey[float]()
 _TICKS_PER_S = sysconf("SC_CLK_TCK")
 _PARENT, _TIMES = 1, slice(11, 15)  # of /proc/PID/stat behind the name: own time, and of children
 
@@ -48,9 +49,6 @@ def pytest_runtest_teardown(item):
     found = yield
     item.user_properties.append((PROPERTY, round(used_s() - item.stash[BEGUN], 2)))
     return found
-
-
-BEGUN = pytest.StashKey[float]()
 
 
 def pytest_terminal_summary(terminalreporter):

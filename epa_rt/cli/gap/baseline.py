@@ -59,12 +59,19 @@ def lacking(healthy: "Healthy") -> str:
     """That the plant lacks something of the healthy runs, so that its numbers mean nothing beside
     what they share; '' where not.
     """
+    import numpy as np
+
     from epa_rt.config.units import with_unit
+    from epa_rt.gap.rig.foreign.healthy import beyond
 
     far = [q for link in healthy.links for q in healthy.impossible(link)]
     if not far:
         return ""
-    words = [f"{q.key} of {with_unit(f'{q.values.mean():.3g}', q.unit)}" for q in far]
+    worst = [q.values[np.argmax(beyond(healthy.subject.knobs[q.key], q.values))] for q in far]
+    words = [
+        f"{q.key} of {with_unit(f'{value:.3g}', q.unit)}"
+        for q, value in zip(far, worst, strict=True)
+    ]
     return (
         f"the healthy runs would have {' and '.join(words)}, which cannot be: the plant file lacks"
         " something that they have, and a name may be wrong; diagnose one of them without"

@@ -79,8 +79,7 @@ def _told(laws: Mapping[str, str], probability: Mapping[str, float], says: str) 
         (changed, "not that of the healthy runs"),
     ):
         if names:
-            words = [laws[name].removesuffix(plain(CHANGED)) for name in names]
-            shares = (probability[name] for name in names)
-            named = all_of([f"{a} ({b:.2f})" for a, b in zip(words, shares, strict=True)])
+            words = {name: laws[name].removesuffix(plain(CHANGED)) for name in names}
+            named = all_of([f"{words[name]} ({probability[name]:.2f})" for name in names])
             told.append(f"{named} {'are' if len(names) > 1 else 'is'} {what}")
     return "; ".join(told)

@@ -39,7 +39,7 @@ def how_far(diagnosis: Diagnosis) -> Html:
             " zero the patch makes it worse; where it is less than −100 %, the multiples of the"
             " floor before and after stand in its place. Its 95 % interval stands in brackets."
             " Before: ",
-            before_words(diagnosis, shown_rows(diagnosis)[0]),
+            before_words(diagnosis),
             "; after: ",
             (
                 "with the effects."

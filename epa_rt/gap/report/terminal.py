@@ -65,15 +65,17 @@ def show(diagnosis: Diagnosis, out: Console) -> None:
     if diagnosis.posterior:
         show_posterior(diagnosis.posterior, out)
     show_location(diagnosis.location, out)
-    unmeasured = any(row.floor_source == "sensors" for row in diagnosis.shrinkage)
-    if unmeasured and not diagnosis.inputs.get("holdout"):  # of the fitted logs too
-        out.print(UNMEASURED, style="dim")
+    held_out = bool(diagnosis.inputs.get("holdout"))
+    if not held_out:  # the floor of "how far" is that of the fitted logs
+        _unmeasured(diagnosis, out)
     if words := origin_words(diagnosis.origins):
         out.print(words)
     if words := onset_words(diagnosis.onset):
         out.print(words)
     _changes(diagnosis, out)
     _far(diagnosis, out)
+    if held_out:
+        _unmeasured(diagnosis, out)
     for left in diagnosis.remainder[:3]:
         on = ", ".join(
             f"{region_words(name)} {percent(part)}" for name, part in goes_with(left)[:3]
@@ -99,6 +101,11 @@ UNMEASURED = (
     " and times the floor come out too high. Repeats of one motion tell; of a rig of others laps,"
     " or its repeats_to."
 )
+
+
+def _unmeasured(diagnosis: Diagnosis, out: Console) -> None:
+    if any(row.floor_source == "sensors" for row in diagnosis.shrinkage):
+        out.print(UNMEASURED, style="dim")
 
 
 def show_location(places: Sequence[Place], out: Console) -> None:
@@ -233,7 +240,7 @@ def _far(diagnosis: Diagnosis, out: Console) -> None:
     if not rows:
         return
     out.print(
-        f"How far, on {judged_on(diagnosis)}; before: {before_words(diagnosis, rows[0])}, after:"
+        f"How far, on {judged_on(diagnosis)}; before: {before_words(diagnosis)}, after:"
         f" {'with the effects' if diagnosis.effects else 'refitted'}"
     )
     table = Table(
@@ -259,8 +266,6 @@ def _far(diagnosis: Diagnosis, out: Console) -> None:
             style="bold" if row.channel == OVERALL else None,
         )
     out.print(table)
-    if diagnosis.inputs.get("holdout") and any(row.floor_source == "sensors" for row in rows):
-        out.print(UNMEASURED, style="dim")
     out.print(
         "block by block: every block fed with what was measured. free run: the whole plant fed with"
         " the commands alone.",

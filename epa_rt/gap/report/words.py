@@ -169,8 +169,19 @@ def shown_rows(diagnosis: Diagnosis) -> list[Shrinkage]:
     """Rows over all logs: against the refitted plant where effects are named, else what refitting
     it did to the plant file.
     """
-    baseline = "refitted" if diagnosis.effects else "plant_file"
+    baseline = _counted_from(diagnosis)
     return [row for row in diagnosis.shrinkage if row.log == ALL and row.baseline == baseline]
+
+
+def before_words(diagnosis: Diagnosis) -> str:
+    """What the shown rows count from."""
+    if diagnosis.changes:
+        return "the rig as its healthy runs have it"
+    return BASELINES[_counted_from(diagnosis)]
+
+
+def _counted_from(diagnosis: Diagnosis) -> str:
+    return "refitted" if diagnosis.effects else "plant_file"
 
 
 def headline(diagnosis: Diagnosis) -> Shrinkage | None:
@@ -202,11 +213,6 @@ def said_otherwise(diagnosis: Diagnosis) -> tuple[Number, ...]:
         for one in diagnosis.nominal
         if not one.low <= one.neutral <= one.high and one not in diagnosis.nominal_moved
     )
-
-
-def before_words(diagnosis: Diagnosis, row: Shrinkage) -> str:
-    """What a shrinkage counts from."""
-    return "the rig as its healthy runs have it" if diagnosis.changes else BASELINES[row.baseline]
 
 
 def judged_on(diagnosis: Diagnosis) -> str:

@@ -10,7 +10,9 @@ import pytest
 
 from epa_rt.cli.gap.baseline import lacking
 from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.likelihood.floor import floors
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.report.traces import traces
 from epa_rt.gap.rig.foreign import open_foreign
 from epa_rt.gap.rig.foreign.healthy import (
     BOUND,
@@ -100,6 +102,14 @@ def test_numbers_that_cannot_be_are_said_and_stand_in_no_table():
     assert [q.key for q in lost.impossible("force")] == ["carriage.inertia_kg"]
     assert [one.name for one in SinceBaseline(lost).changes([run(50)])] == ["force as a whole"]
     assert "carriage.inertia_kg of -9" in lacking(lost) and not lacking(there)
+
+
+def test_what_a_picture_begins_from_is_the_healthy_runs():
+    subject, log = SinceBaseline(healthy()), run(60, friction=1.4)
+    (left,) = traces(subject, [log], {}, {}, floors(subject, [log], {}))
+    assert [words for words, kind, _ in left.lines if kind == "before"] == [
+        "before, as in the healthy runs"
+    ]
 
 
 def test_of_a_log_that_no_fit_sees_the_level_is_taken_off_within_bounds():

@@ -18,7 +18,7 @@ from epa_rt.gap.answer.patch import (
     load_diagnosis,
     patched_text,
 )
-from epa_rt.gap.diagnosis import Diagnosis, Number
+from epa_rt.gap.diagnosis import Change, Diagnosis, Number
 from epa_rt.gap.report.as_json import json_text, schema
 from epa_rt.gap.report.gate import gate_words
 from epa_rt.gap.report.page import gap_page
@@ -238,6 +238,13 @@ def test_a_number_of_the_plant_file_that_the_logs_say_otherwise_is_said():
     assert "friction.viscous_n_s_m from 180.0 to 246.0 N·s/m (240.0 to 252.0)" in text
     assert "carriage.inertia_kg" not in text
     assert all(one.name in gap_page(told) for one in (drag, mass))
+
+
+def test_with_a_baseline_the_gap_counts_from_the_healthy_runs():
+    told = replace(EXPLAINED, changes=(Change("load.mass_kg", "kg", 1.0, 0.1, 2.0, 10.0),))
+    for text in (shown(told), gap_page(told)):
+        assert "the rig as its healthy runs have it" in " ".join(text.split())
+    assert "as its healthy runs" not in shown(EXPLAINED) + gap_page(EXPLAINED)
 
 
 def test_an_effect_that_the_rig_does_not_have_shows_no_fitted_numbers():

@@ -23,7 +23,7 @@ from epa_rt.gap.rig.foreign.region_noise import RegionNoise, region_noise
 from epa_rt.gap.rig.foreign.repeats import colourless
 from epa_rt.gap.rig.foreign.subject import ForeignSubject
 from epa_rt.gap.subject import FINITE_STEP
-from epa_rt.models.effect import Effect
+from epa_rt.models.effect import Effect, Knob
 
 FEWEST = 3  # runs from which Student's t of the next one has a mean size: from two it has none
 # runs that the plant's numbers are fitted to, evenly chosen; the levels come from all of them
@@ -117,9 +117,10 @@ class Healthy:
         """Numbers of a link that in some run would be what they cannot be: the plant lacks so much
         of what every run has that straight lines from it lead nowhere.
         """
-        own = ((q, self.subject.knobs[q.key]) for q in self.quantities if q.link == link)
         return tuple(
-            q for q, knob in own if q.values.min() < knob.low or q.values.max() > knob.high
+            q
+            for q in self.quantities
+            if q.link == link and np.any(beyond(self.subject.knobs[q.key], q.values) > 0.0)
         )
 
     def check(self, recordings: Sequence[Recording]) -> None:
@@ -135,6 +136,11 @@ class Healthy:
                 _same_terms(one.name, mapped(self.subject, prepared, link), len(own.weights))
             for (link, name), ends in states_of(self.subject, [one]).items():
                 _alike(one.name, name, ends, self.states[link, name])
+
+
+def beyond(knob: Knob, values: np.ndarray) -> np.ndarray:
+    """(n,) by how much numbers are outside of what a knob can be; not above 0 within."""
+    return np.maximum(knob.low - values, values - knob.high)
 
 
 def healthy_from(subject: ForeignSubject, runs: Sequence[Recording]) -> Healthy:

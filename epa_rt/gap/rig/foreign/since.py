@@ -17,6 +17,7 @@ from epa_rt.gap.rig.foreign.healthy import (
     BOUND,
     Healthy,
     LinkHealth,
+    beyond,
     levels_in,
     measured,
     of_few,
@@ -166,15 +167,14 @@ class SinceBaseline(Plain):
             shapes = [self._shapes(one, link) for one in made]
             each = [self._levels(*one, link) for one in zip(made, shapes, strict=True)]
             found.append(_as_a_whole(health, link, unit, np.mean(each, axis=0), shapes))
-            rows = [q for q in self.healthy.quantities if q.link == link]
-            rows = [] if self.healthy.impossible(link) else rows
+            told = not self.healthy.impossible(link)
+            rows = [q for q in self.healthy.quantities if told and q.link == link]
             # fitted beside the same others as those of the healthy runs were
             keys = [key for key in quantity_keys(self.own) if link in self.own.touched(key)]
             own = [measured(self.own, one, health, link, keys) for one in made] if rows else []
             for q in rows:
                 now = np.array([values[keys.index(q.key)] for values in own])
-                knob = self.own.knobs[q.key]
-                if np.all((knob.low <= now) & (now <= knob.high)):
+                if np.all(beyond(self.own.knobs[q.key], now) <= 0.0):  # a NaN is not
                     found.append(_change(q.key, q.unit, q.values, now))
         return tuple(sorted(found, key=lambda one: -abs(one.spreads)))
 
