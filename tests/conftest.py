@@ -6,6 +6,8 @@ import os
 import signal
 from pathlib import Path
 
+from tests import turns
+
 os.environ.setdefault(
     "OPENBLAS_NUM_THREADS",
     "1",
@@ -68,12 +70,14 @@ def _rank(group: str) -> int:
 def pytest_configure(config):
     """The order is that of ``FIRST``, not that of how many tests a group has."""
     config.option.loadscopereorder = False
+    turns.decide(config)
 
 
 def pytest_collection_modifyitems(config, items):
     """xdist 3.8 writes the group behind a test's name into a field that pytest 9 no longer reads;
     without this every `xdist_group` is ignored. Tests without one go by file.
     """
+    turns.take_turns(config, items)
     if not getattr(config.option, "loadgroup", False):
         return
     items.sort(key=lambda item: _rank(_group(item)))
@@ -83,10 +87,11 @@ def pytest_collection_modifyitems(config, items):
             item._id = type(item.id).parse(f"{item.nodeid}@{group}")
 
 
-def pytest_terminal_summary(terminalreporter):
-    """One line per run that was repeated; the properties come along from the processes that ran the
-    tests.
+def pytest_terminal_summary(terminalreporter, config):
+    """Whose turn it was, and one line per run that was repeated; the properties come along from the
+    processes that ran the tests.
     """
+    terminalreporter.line(turns.told())
     told = [
         (report.nodeid, text)
         for reports in terminalreporter.stats.values()

@@ -3,13 +3,17 @@
 Wall time says little of it where tests share two processors. Linux only.
 
   scripts/test.sh -p tests.processor_time
+  EPA_TEST_TURN=all scripts/test.sh -p tests.processor_time --write-costs   # tests/costs.json anew
 """
 
+import json
 from collections import Counter, defaultdict
 from os import getpid, sysconf
 from pathlib import Path
 
 import pytest
+
+from tests import turns
 
 SHOWN = 40  # tests in the table at the end, the parameters of one counted together
 PROPERTY = "processor_s"
@@ -37,6 +41,10 @@ def used_s() -> float:
     return total
 
 
+def pytest_addoption(parser):
+    parser.addoption("--write-costs", action="store_true", help="what takes turns, anew")
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup(item):
     """What a test's fixtures take is the test's."""
@@ -51,14 +59,19 @@ def pytest_runtest_teardown(item):
     return found
 
 
-def pytest_terminal_summary(terminalreporter):
-    """A table, the largest first."""
+def pytest_terminal_summary(terminalreporter, config):
+    """A table, the largest first; where it is asked for, the file of what takes turns."""
+    of_test = [
+        (report.nodeid, dict(report.user_properties).get(PROPERTY, 0.0))
+        for reports in terminalreporter.stats.values()
+        for report in reports
+        if getattr(report, "when", "") == "teardown"
+    ]
     total: Counter[str] = Counter()
-    for reports in terminalreporter.stats.values():
-        for report in reports:
-            if getattr(report, "when", "") == "teardown":
-                name = report.nodeid.partition("@")[0].partition("[")[0]
-                total[name] += dict(report.user_properties).get(PROPERTY, 0.0)
+    for nodeid, seconds in of_test:
+        total[turns.function_of(nodeid)] += seconds
+    if config.option.write_costs:
+        turns.COSTS.write_text(json.dumps(turns.costs(of_test), indent=1) + "\n", encoding="utf-8")
     terminalreporter.section(f"processor time: {sum(total.values()):.0f} s")
     for name, seconds in total.most_common(SHOWN):
         terminalreporter.line(f"{seconds:7.1f} s  {name}")
