@@ -21,7 +21,8 @@ from epa_rt.safety.bus_budget import BusBudget, frame_timeout_s
 from epa_rt.signals.image import image_of
 
 _CLOSING_CYCLES = 50  # with safe outputs, at most, until the drive says that it is off
-_LOCK_STEP_TIMEOUT_S = 2.0
+# no time of the plant: longer than a busy machine keeps the emulated bus from its first answer
+_LOCK_STEP_TIMEOUT_S = 10.0
 _TRIES = 3
 
 
