@@ -68,10 +68,9 @@ def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathere
     found, says = {}, [sentence for table in tables.values() for sentence in table.says]
     says += [sentence for place in places.values() for sentence in place.says]
     for name, signal in mapping.signals.items():
-        table, line = (
-            tables[keys[name].path, keys[name].topic],
-            line_of(name, signal.unit, signal.scale, signal.offset, mapping.atmosphere),
-        )
+        table = tables[keys[name].path, keys[name].topic]
+        own = signal.column_of(name)
+        line = line_of(own, signal.unit, signal.scale, signal.offset, mapping.atmosphere)
         slope = line.slope * (
             constants[keys[name].path][signal.scale_variable] if signal.scale_variable else 1.0
         )
@@ -85,6 +84,9 @@ def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathere
         found[name] = put(
             grid, places[keys[name].path, keys[name].topic], column, hold=_is_discrete(name)
         )
+        if signal.integral:
+            found[name] = _added_up(grid, found[name])
+            says.append(f"{name} is column {signal.column} added up over time, from 0 on")
         empty = int(np.isnan(found[name]).sum())
         if empty:
             says.append(
@@ -125,6 +127,18 @@ def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathere
         for section in ("measured", "references", "commands")
     ]
     return Gathered(grid, *groups, trials, (*grid.says, *says))
+
+
+def _added_up(grid: Grid, speed: np.ndarray) -> np.ndarray:
+    """The way (M,) from the first row on, by trapezoids; from row to row with a value, across those
+    without.
+    """
+    known = ~np.isnan(speed)
+    way = np.full(len(speed), np.nan)
+    t_s, moves = grid.t_s[known], speed[known]
+    steps = 0.5 * (moves[1:] + moves[:-1]) * np.diff(t_s)
+    way[known] = np.concatenate(([0.0], np.cumsum(steps)))[: len(t_s)]
+    return way
 
 
 def _earlier(grid: Grid, values: np.ndarray, cycles: int) -> np.ndarray:

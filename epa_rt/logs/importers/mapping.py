@@ -38,6 +38,7 @@ Text = Annotated[str, StringConstraints(min_length=1, max_length=200)]
 
 
 TOPIC_KINDS = ("mcap", "rosbag")
+PLACES = ("_m", "_rad")  # how the name of a signal ends whose speed ends in _s besides
 
 
 class Format(Frozen):
@@ -128,6 +129,7 @@ class Signal(Frozen):
     ``offset``.
 
     ``scale_variable``: a scalar of the MAT or NPZ file; its unit is that of ``scale`` ('1 N/V').
+    ``integral``: the column is the signal's speed, which is added up over time, from 0 on.
 
     A pressure's unit ends in gauge, abs or difference. ``file``: which of several files (a part of
     its name); ``topic``: of MCAP and ROS bags; ``stamp``: the field with the stamps of this topic
@@ -139,9 +141,24 @@ class Signal(Frozen):
     scale: Factor = 1.0
     scale_variable: Text | None = None
     offset: Factor | None = None
+    integral: bool = False
     file: Text | None = None
     topic: Text | None = None
     stamp: Text | None = None
+
+    def column_of(self, name: str) -> str:
+        """The name that a signal's column would have by itself: of its speed where that is given.
+
+        Raises UnitError where a signal has no speed.
+        """
+        if not self.integral:
+            return name
+        if not name.endswith(PLACES):
+            raise UnitError(
+                f"found 'integral' for {name}, expected it for a place or an angle: a name that"
+                " ends in _m or _rad"
+            )
+        return f"{name}_s"
 
 
 class Stretch(Frozen):
@@ -247,7 +264,10 @@ def _check_signal(
                 f"none: a {mapping.format.kind.upper()} file has no topics",
             )
     try:
-        line_of(name, signal.unit, signal.scale, signal.offset, mapping.atmosphere)
+        own = signal.column_of(name)
+        line_of(own, signal.unit, signal.scale, signal.offset, mapping.atmosphere)
     except UnitError as error:
         found, _, expected = str(error).removeprefix("found ").partition(", expected ")
+        if signal.integral:  # no such name stands in the file
+            expected = expected.replace(f"the name {name}_s says", f"the speed of {name} has")
         raise located.error(where, found, expected) from None

@@ -219,11 +219,29 @@ def _text(
         for k, row in enumerate(chosen):
             mark = "  " if k < most else "  # too many: "
             lines.append(f"{mark}{row.name}: {_flow(row.keys)}{_behind([row.comment])}")
+        if section == "measured":
+            lines += _places_of_speeds(chosen)
     more, trial_doubts = _trial_lines(clock, main, trials, len(paths) > 1)
     if not more and not trial_doubts:
         trial_doubts = _laps(clock, main, rows)
         more = [f"# trials: unsure: {doubt.partition(': ')[2]}" for doubt in trial_doubts]
     return "\n".join([*lines, *more]) + "\n", doubts + trial_doubts
+
+
+def _places_of_speeds(rows: Sequence[Row]) -> list[str]:
+    """Where speeds are measured and no place of their kind: lines to take the mark from, which add
+    them up.
+    """
+    lines = []
+    for place, word in (("_m", "position"), ("_rad", "angle")):
+        speeds = [row for row in rows if row.name.endswith(f"{place}_s")]
+        if any(row.name.endswith(place) for row in rows):
+            continue
+        for row in speeds:
+            name = re.sub("speed|velocity", word, row.name.removesuffix("_s"))
+            keys = _flow(row.keys | {"integral": True})
+            lines.append(f"  # {name}: {keys}  # where a rig asks for a place: the speed added up")
+    return lines
 
 
 def _as_measured(row: Row) -> Row:
