@@ -271,6 +271,7 @@ def test_dry_friction_of_a_piston_turns_round_late_by_parts_of_a_row(rows):
     assert np.nanstd(left_n) < 0.15  # where 10 N turn round in 17 of 4000 rows
 
 
+@settings(deadline=None)  # compiled at first use
 @given(rows=st.integers(16, 300), hertz=st.floats(0.5, 49.5), seed=st.integers(0, 9))
 def test_the_low_pass_is_scipy_s_forth_and_back_to_the_bit(rows, hertz, seed):
     values = np.random.default_rng(seed).standard_normal(rows)
