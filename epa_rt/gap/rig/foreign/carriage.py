@@ -97,12 +97,17 @@ def _but_cogging_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
 
 def _beside_drag_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
     """Force of all laws of friction and stray forces, (N,), N."""
+    force_n = kept(_but_wave_n, m, n, laws)
+    if n["friction.turn_n"] != 0.0:
+        force_n = force_n + m.sign * kept(_wave, m, n, "friction.turn")
+    return force_n
+
+
+def _but_wave_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
     force_n = stray_force_n(m, n, laws)
     if n["friction.load_ratio"] != 0.0:
         load_n = n["carriage.inertia_kg"] * np.abs(m.acceleration_m_s2)
         force_n = force_n + n["friction.load_ratio"] * load_n * m.sign
-    if n["friction.turn_n"] != 0.0:
-        force_n = force_n + m.sign * _wave(m, n, "friction.turn")
     return force_n
 
 
@@ -151,7 +156,10 @@ def _load(m: Motion, n: Numbers, laws: Sequence[Law], of: str) -> _Load:
 
 def _either_way_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> tuple[np.ndarray, np.ndarray]:
     """Force of all laws of friction and stray forces, (N,), N, on the way there and back."""
-    on, back = (kept(_beside_drag_n, way, n, laws) for way in either_way(m, n))
+    on, back = (kept(_but_wave_n, way, n, laws) for way in either_way(m, n))
+    if n["friction.turn_n"] != 0.0:
+        wave_n = kept(_wave, m, n, "friction.turn")
+        on, back = on + wave_n, back - wave_n
     return on, back
 
 
