@@ -20,7 +20,7 @@ LINK = ("force",)
 # of the typical speed: where the sign of a speed is rounded off, far below any speed of interest
 REST_RATIO = 1e-3
 KEPT = 4  # of each thing that is asked of a motion: at a point and a step off, in two threads
-KEPT_BYTES = 2**26  # of one motion at most
+KEPT_BYTES = 2**25  # of one motion at most
 
 Asked = ParamSpec("Asked")
 Made = TypeVar("Made")
