@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ class Part(Plain):
 
     def __init__(self, subject: Subject, windows: Mapping[str, Sequence[tuple[int, int]]]) -> None:
         self._subject, self._windows = subject, windows
+        self._outside = cache(self._windowless)
         self.name, self.rate_hz, self.links = subject.name, subject.rate_hz, subject.links
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
         self.touched, self.patched, self.without_stop = (
@@ -46,13 +48,17 @@ class Part(Plain):
         """
         inner, recording = prepared
         found = self._subject.residual(inner, values, link)
-        outside = np.ones(len(found), bool)
-        for start, stop in self._windows.get(recording.name, ()):
+        return np.where(self._outside(recording.name, recording.samples, len(found)), np.nan, found)
+
+    def _windowless(self, name: str, samples: int, count: int) -> np.ndarray:
+        """(count,) bool: rows of a residual outside the windows of a recording."""
+        outside = np.ones(count, bool)
+        for start, stop in self._windows.get(name, ()):
             a, b = (
-                round(edge * len(found) / recording.samples) for edge in (start, stop)
+                round(edge * count / samples) for edge in (start, stop)
             )  # not by time: a log's rate may be a little off the rig's
             outside[a:b] = False
-        return np.where(outside, np.nan, found)
+        return outside
 
     def row_variance(self, prepared: tuple[object, Recording], link: str) -> np.ndarray | None:
         """As Subject.row_variance, inside the windows and outside."""

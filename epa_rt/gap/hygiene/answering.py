@@ -20,7 +20,7 @@ def terms_of_motion(recording: Recording, names: Sequence[str]) -> np.ndarray:
     """(n, p) columns of unit square, orthogonal, that span what may answer to the named columns;
     without the mean.
     """
-    table = []
+    made = []
     for name in names:
         values = regular(recording, name)
         spread = float(values.std())
@@ -28,18 +28,18 @@ def terms_of_motion(recording: Recording, names: Sequence[str]) -> np.ndarray:
             continue
         own = (values - values.mean()) / spread
         steps = np.gradient(own)
-        made = [*(own**power for power in _POWERS), steps, np.sign(steps)]
-        table += [_late(one, lag) for one in made for lag in _LAGS]
-    if not table:
+        made += [*(own**power for power in _POWERS), steps, np.sign(steps)]
+    if not made:
         return np.zeros((0, 0))
-    whole = np.column_stack(table)
-    whole -= whole.mean(axis=0)
-    size = np.sqrt(np.sum(whole**2, axis=0))
-    whole = whole[:, size > 0.0] / size[size > 0.0]
-    variance, vectors = np.linalg.eigh(whole.T @ whole)
+    whole = _late(made)
+    whole -= whole.mean(axis=1, keepdims=True)
+    size = np.sqrt(np.einsum("pn,pn->p", whole, whole))
+    whole = whole[size > 0.0]
+    whole /= size[size > 0.0, None]
+    variance, vectors = np.linalg.eigh(whole @ whole.T)
     kept = variance > _STILL * variance[-1]
-    found: np.ndarray = whole @ (vectors[:, kept] / np.sqrt(variance[kept]))
-    return found.astype(np.float32)  # a log of minutes has many rows
+    found: np.ndarray = (vectors[:, kept] / np.sqrt(variance[kept])).T @ whole
+    return found.astype(np.float32).T  # a log of minutes has many rows
 
 
 def without_answer(values: np.ndarray, terms: np.ndarray, frequency: float | None) -> np.ndarray:
@@ -58,5 +58,10 @@ def without_answer(values: np.ndarray, terms: np.ndarray, frequency: float | Non
     return values - terms @ (terms.T @ (answer - line @ weights))
 
 
-def _late(values: np.ndarray, lag: int) -> np.ndarray:
-    return values if not lag else np.concatenate([np.full(lag, values[0]), values[:-lag]])
+def _late(made: Sequence[np.ndarray]) -> np.ndarray:
+    """(p, n): each of them, (n,), by every lag; the first value stands for those before it."""
+    found = np.empty((len(made) * len(_LAGS), len(made[0])))
+    late = ((values, lag) for values in made for lag in _LAGS)
+    for row, (values, lag) in zip(found, late, strict=True):
+        row[:lag], row[lag:] = values[0], values[: len(values) - lag]
+    return found

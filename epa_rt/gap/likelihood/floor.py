@@ -56,6 +56,11 @@ class Floor:
         if len(x) <= order:
             return out
         taps = np.concatenate([[1.0], -np.asarray(self.ar, float)]) / self.innovation
+        if not np.any(self.ar):  # nothing but a size, to the bit
+            torn = np.cumsum(~np.isfinite(x), axis=0)
+            gone = torn[order:] - np.concatenate([np.zeros_like(torn[:1]), torn[: -order - 1]])
+            out[order:] = np.where(gone > 0, np.nan, x[order:] * taps[0])
+            return out
         for white, one in zip(*(np.atleast_2d(a.T) for a in (out, x)), strict=True):
             white[order:] = np.convolve(one, taps, "valid")
         return out

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from epa_rt.gap.likelihood.chunks import chunks_of
-from epa_rt.gap.likelihood.floor import Floor, left_over, weight
+from epa_rt.gap.likelihood.floor import Floor, unbiased, weight
 from epa_rt.gap.likelihood.generic import Design
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.side_by_side import each
@@ -76,6 +76,7 @@ class Problem:
         self._lock = threading.Lock()
         self.evaluations = 0
         self._strength: dict[str, tuple[str, ...]] = {}
+        self._weights: dict[tuple[str, str], np.ndarray | float] = {}
         self._first: Problem | None = None  # whose links tell strengths at less cost
         self.waves: dict[str, tuple[dict[str, float], ...]] = {}
         self.designs: dict[
@@ -155,7 +156,7 @@ class Problem:
             subject.knobs,
             {effect.name: effect for effect in subject.catalogue},
         )
-        made.waves, made._strength, made._first = {}, {}, None
+        made.waves, made._strength, made._weights, made._first = {}, {}, {}, None
         return made
 
     def bounded(self, bounds: Mapping[str, tuple[float, float]]) -> "Problem":
@@ -193,9 +194,18 @@ class Problem:
     def _whitened(self, recording: str, link: str, values: Values) -> np.ndarray:
         floor = self.floors[link]
         with np.errstate(over="ignore", invalid="ignore"):  # a plant that runs away
-            left = left_over(self.subject, self.prepared[recording], values, floor, recording)
-            white = floor.whiten(left) / self.scale[link]
+            left = self.subject.residual(self.prepared[recording], values, link)
+            counts = self._weight(recording, link)
+            white = floor.whiten(unbiased(left, floor, recording) * counts) / self.scale[link]
         return np.where(np.isfinite(white), np.clip(white, -ABSURD, ABSURD), white)
+
+    def _weight(self, recording: str, link: str) -> np.ndarray | float:
+        """As ``floor.weight``, made once."""
+        key = recording, link
+        if key not in self._weights:
+            made = weight(self.subject, self.prepared[recording], self.floors[link])
+            self._weights[key] = made
+        return self._weights[key]
 
     def residual(self, values: Values, link: str) -> np.ndarray:
         """(samples(link),) whitened residual over all recordings. Raises Stopped when the caller
@@ -270,9 +280,7 @@ class Problem:
         return (
             np.concatenate(
                 [
-                    floor.whiten(one * weight(self.subject, self.prepared[r.name], floor))[
-                        self._keep[r.name, link]
-                    ]
+                    floor.whiten(one * self._weight(r.name, link))[self._keep[r.name, link]]
                     for r, one in zip(self.recordings, made, strict=True)
                 ]
             )

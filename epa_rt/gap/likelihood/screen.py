@@ -79,23 +79,26 @@ class Screening:
     def pairs(self, count: int, among: Sequence[str]) -> list[tuple[str, str]]:
         """The pairs of effects that together would explain most, one signature each."""
         index = [i for i, s in enumerate(self.signatures) if s.effect in set(among)]
+        names = [self.signatures[i].effect for i in index]
+        together = self._together(np.array(index, int)).tolist()
         scored: dict[tuple[str, str], float] = {}
-        for n, i in enumerate(index):
-            for j in index[n + 1 :]:
-                a, b = self.signatures[i].effect, self.signatures[j].effect
+        for i, a in enumerate(names):
+            for j, b in enumerate(names[i + 1 :], i + 1):
                 if a != b:
                     pair = (a, b) if a < b else (b, a)
-                    scored[pair] = max(scored.get(pair, 0.0), self._together(i, j))
+                    scored[pair] = max(scored.get(pair, 0.0), together[i][j])
         return sorted(scored, key=lambda pair: -scored[pair])[:count]
 
-    def _together(self, i: int, j: int) -> float:
-        g, r = self.gram[np.ix_((i, j), (i, j))], self.right[[i, j]]
-        determinant = g[0, 0] * g[1, 1] - g[0, 1] ** 2
-        if determinant < 1e-6 * g[0, 0] * g[1, 1]:
-            return 0.0
-        return float(
-            (r[0] ** 2 * g[1, 1] - 2.0 * r[0] * r[1] * g[0, 1] + r[1] ** 2 * g[0, 0]) / determinant
-        )
+    def _together(self, index: np.ndarray) -> np.ndarray:
+        """(I, I) fall of chi-square with two of these signatures at once; 0 where they are one."""
+        g, r = self.gram[np.ix_(index, index)], self.right[index]
+        own = np.diag(g)
+        sizes = own[:, None] * own[None, :]
+        determinant = sizes - g**2
+        both = r[:, None] ** 2 * own[None, :] - 2.0 * r[:, None] * r[None, :] * g
+        both += r[None, :] ** 2 * own[:, None]
+        apart = determinant >= 1e-6 * sizes
+        return np.where(apart, both, 0.0) / np.where(apart, determinant, 1.0)
 
 
 def screen(

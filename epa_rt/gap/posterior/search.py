@@ -128,6 +128,7 @@ class Search:
         self._points: dict[frozenset[str], Point] = {}
         self._asked: set[frozenset[str]] = set()  # beside which one effect more was looked for
         self._lowest: Lowest = {}
+        self._weighed: dict[int, tuple[Model, float]] = {}  # log evidences on what is lowest
         self._noise = ReadingNoise(problem, base.values)
         self.typical: Mapping[str, float] = {}
         self.none = self._model((), base.values, ground.none if ground else None)
@@ -375,12 +376,18 @@ class Search:
     def _note_least(self, views: Mapping[str, View]) -> None:
         for name, view in views.items():
             for link, seen in view.links.items():
-                least = self._lowest.get((name, link), seen)
-                self._lowest[name, link] = min(least, seen, key=lambda one: one.chi)
+                least = self._lowest.get((name, link))
+                if least is None or seen.chi < least.chi:
+                    self._lowest[name, link] = seen
+                    self._weighed.clear()
 
     def _evidence(self, model: Model) -> float:
         """Log evidence over the views that a model has, on what the others leave so far."""
-        return self._scores.evidence(self._on_ground(model))
+        known = self._weighed.get(id(model))
+        if known is None:
+            known = model, self._scores.evidence(self._on_ground(model))
+            self._weighed[id(model)] = known  # as long as it is there nothing else has its id
+        return known[1]
 
     def _on_ground(self, model: Model) -> Model:
         return replace(model, views=on_ground(model.views, self._lowest, self.none.views))

@@ -10,10 +10,11 @@ from epa_rt.gap.likelihood.colour import LOWPASS_ORDER
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign import servo_model
 from epa_rt.gap.rig.foreign.chamber_laws import rate_pa_s
+from epa_rt.gap.rig.foreign.law import kept, motion
 from epa_rt.gap.rig.foreign.operators import carried, dahl, lugre, swung
 from epa_rt.gap.rig.foreign.repeats import lap_differences, lap_samples
 from epa_rt.gap.rig.foreign.signals import lowpass, shifted
-from tests.gap.foreign.made import one_trial, subject_of
+from tests.gap.foreign.made import blank, one_trial, subject_of
 
 
 def test_a_carriage_by_newtons_law():
@@ -271,6 +272,35 @@ def test_dry_friction_of_a_piston_turns_round_late_by_parts_of_a_row(rows):
     assert np.nanstd(left_n) < 0.15  # where 10 N turn round in 17 of 4000 rows
 
 
+@pytest.mark.parametrize("kind", ["carriage", "piston"])
+def test_what_is_kept_of_a_motion_is_what_would_be_made_anew(kind):
+    """Of every two effects, in an order in which each is on, beside another, and off again."""
+    subject, made = subject_of(kind).evenly(), blank(kind)
+    (link,) = subject.links
+    ready, random = subject.prepare(made), np.random.default_rng(0)
+    starts = [dict(zip(one.knobs, one.starts[0], strict=True)) for one in subject.catalogue]
+    for a, b in random.integers(len(starts), size=(40, 2)):
+        for values in (starts[a], {**starts[a], **starts[b]}, starts[b], {}):
+            again = subject.residual(subject.prepare(made), values, link.name)
+            left = subject.residual(ready, values, link.name)
+            assert np.array_equal(left, again, equal_nan=True), values
+
+
+def test_a_law_is_asked_again_where_any_number_that_it_has_read_is_another():
+    asked = []
+
+    def force_n(m, n):
+        asked.append(n["a"])
+        return n["a"] * m.speed_m_s if n["a"] != 0.0 else n["b"] * m.speed_m_s
+
+    m = motion(np.linspace(0.0, 1.0, 20) ** 2, 100.0, 0.1, 0.0, 1.0, False)
+    for a, b, times in ((1.0, 0.0, 1), (1.0, 5.0, 1), (0.0, 5.0, 2), (0.0, 6.0, 3), (1.0, 7.0, 3)):
+        n = {"a": a, "b": b}
+        assert np.array_equal(kept(force_n, m, n), (a or b) * m.speed_m_s)
+        assert len(asked) == times
+
+
+@settings(deadline=None)  # compiled at first use
 @given(rows=st.integers(16, 300), hertz=st.floats(0.5, 49.5), seed=st.integers(0, 9))
 def test_the_low_pass_is_scipy_s_forth_and_back_to_the_bit(rows, hertz, seed):
     values = np.random.default_rng(seed).standard_normal(rows)

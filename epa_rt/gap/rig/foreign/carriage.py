@@ -21,6 +21,7 @@ from epa_rt.gap.rig.foreign.law import (
     Law,
     Motion,
     either_way,
+    kept,
     motion,
     sloped_otherwise,
 )
@@ -75,28 +76,38 @@ def residual(
 
 
 def needed_n(m: Motion, n: Numbers, laws: Sequence[Law] = LAWS) -> np.ndarray:
-    """Force that a motion asks of the drive, (N,), N."""
+    """Force that a motion asks of the drive, (N,), N; nobody may change it."""
     m = in_contact(m, n)
-    inertia_n = n["carriage.inertia_kg"] * m.acceleration_m_s2
-    drag_n = n["friction.viscous_n_s_m"] * m.speed_m_s
-    total = inertia_n + drag_n + _beside_drag_n(m, n, laws)
-    if n["drive.backlash_m"] != 0.0:
-        total = total + _through_gap_n(m, n, laws)
-    if n["drive.coupling_lag_s"] != 0.0:
-        total = total + _through_spring_n(m, n, laws)
+    total = kept(_but_cogging_n, m, n, laws)
     if n["drive.cogging_n"] != 0.0:
         total = total + _wave(m, n, "drive.cogging")
     return total
 
 
+def _but_cogging_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
+    inertia_n = n["carriage.inertia_kg"] * m.acceleration_m_s2
+    drag_n = n["friction.viscous_n_s_m"] * m.speed_m_s
+    total = inertia_n + drag_n + kept(_beside_drag_n, m, n, laws)
+    if n["drive.backlash_m"] != 0.0:
+        total = total + kept(_through_gap_n, m, n, laws)
+    if n["drive.coupling_lag_s"] != 0.0:
+        total = total + kept(_through_spring_n, m, n, laws)
+    return total
+
+
 def _beside_drag_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
     """Force of all laws of friction and stray forces, (N,), N."""
+    force_n = kept(_but_wave_n, m, n, laws)
+    if n["friction.turn_n"] != 0.0:
+        force_n = force_n + m.sign * kept(_wave, m, n, "friction.turn")
+    return force_n
+
+
+def _but_wave_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
     force_n = stray_force_n(m, n, laws)
     if n["friction.load_ratio"] != 0.0:
         load_n = n["carriage.inertia_kg"] * np.abs(m.acceleration_m_s2)
         force_n = force_n + n["friction.load_ratio"] * load_n * m.sign
-    if n["friction.turn_n"] != 0.0:
-        force_n = force_n + m.sign * _wave(m, n, "friction.turn")
     return force_n
 
 
@@ -145,13 +156,16 @@ def _load(m: Motion, n: Numbers, laws: Sequence[Law], of: str) -> _Load:
 
 def _either_way_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> tuple[np.ndarray, np.ndarray]:
     """Force of all laws of friction and stray forces, (N,), N, on the way there and back."""
-    on, back = (_beside_drag_n(way, n, laws) for way in either_way(m))
+    on, back = (kept(_but_wave_n, way, n, laws) for way in either_way(m, n))
+    if n["friction.turn_n"] != 0.0:
+        wave_n = kept(_wave, m, n, "friction.turn")
+        on, back = on + wave_n, back - wave_n
     return on, back
 
 
 def _wave(m: Motion, n: Numbers, of: str) -> np.ndarray:
     """A force, (N,), N, that returns some number of times to every turn of the motor."""
-    turned = n[f"{of}_periods"] * _turned_rad(m, n) + n[f"{of}_phase_rad"]
+    turned = n[f"{of}_periods"] * kept(_turned_rad, m, n) + n[f"{of}_phase_rad"]
     swing: np.ndarray = n[f"{of}_n"] * np.sin(turned)
     return swing
 
@@ -165,13 +179,15 @@ def _true_motion(prepared: Prepared, n: Numbers) -> Motion:
     sine, cosine = n["sensor.eccentric_sine_m"], n["sensor.eccentric_cosine_m"]
     if sine == 0.0 and cosine == 0.0:
         return prepared.base
-    turn = 2 * np.pi * prepared.base.position_m / n["sensor.eccentric_pitch_m"]
-    return _motion(
-        prepared.base.position_m - sine * np.sin(turn) - cosine * np.cos(turn),
-        prepared.base.filtered,
-        prepared.signals.rate_hz,
-        n,
-    )
+    return kept(_centred, prepared.base, n, prepared.signals.rate_hz)
+
+
+def _centred(m: Motion, n: Numbers, rate_hz: float) -> Motion:
+    """The motion of a place that was read by an eccentric sensor."""
+    sine, cosine = n["sensor.eccentric_sine_m"], n["sensor.eccentric_cosine_m"]
+    turn = 2 * np.pi * m.position_m / n["sensor.eccentric_pitch_m"]
+    place_m = m.position_m - sine * np.sin(turn) - cosine * np.cos(turn)
+    return _motion(place_m, m.filtered, rate_hz, n)
 
 
 def _through_drive(force_n: np.ndarray, signals: Signals, n: Numbers) -> np.ndarray:

@@ -4,9 +4,11 @@ Every law is an addition to the force that the drive must give, exactly zero at 
 A law of your own is one file of the room ``laws`` (docs/add-an-effect.md).
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from operator import itemgetter
+from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -17,12 +19,18 @@ from epa_rt.models.effect import Effect
 LINK = ("force",)
 # of the typical speed: where the sign of a speed is rounded off, far below any speed of interest
 REST_RATIO = 1e-3
+KEPT = 4  # of each thing that is asked of a motion: at a point and a step off, in two threads
+KEPT_BYTES = 2**25  # of one motion at most
+
+Asked = ParamSpec("Asked")
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
 class Motion:
     """A sliding part's measured motion, (N,) each; ``place_ratio``: -1 to 1 over the stroke;
-    ``filtered``: whether a low-pass has left nothing of it above a quarter of the rate.
+    ``filtered``: whether a low-pass has left nothing of it above a quarter of the rate. ``known``:
+    what ``kept`` has of it, by what made it, the last first.
     """
 
     position_m: np.ndarray
@@ -33,6 +41,72 @@ class Motion:
     time_s: np.ndarray
     period_s: float
     filtered: bool
+    known: "dict[Callable[..., Any], tuple[_Known, ...]]" = field(
+        init=False, repr=False, compare=False, default_factory=dict
+    )
+
+
+class _Known(NamedTuple):
+    """What was ``found``, beside ``more`` arguments; ``read``: the numbers that were asked for, by
+    key, and as ``values`` of what ``ask`` takes out of all.
+    """
+
+    more: tuple[Any, ...]
+    read: Numbers
+    ask: Callable[[Numbers], Any]
+    values: Any
+    found: Any
+
+
+class _Read(Mapping[str, float]):
+    """``every`` number, and those of them that were read."""
+
+    def __init__(self, every: Numbers) -> None:
+        self.every = every
+        self.read: dict[str, float] = {}
+
+    def __getitem__(self, key: str) -> float:
+        value = self.read[key] = self.every[key]
+        return value
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.every)
+
+    def __len__(self) -> int:
+        return len(self.every)
+
+
+def kept(
+    made: Callable[Concatenate[Motion, Numbers, Asked], Made],
+    m: Motion,
+    n: Numbers,
+    *more: Asked.args,
+    **_none: Asked.kwargs,
+) -> Made:
+    """``made`` of a motion, numbers and what else it asks for: what it found before, where those of
+    the numbers that it read are the same. Nobody may change what it returns.
+    """
+    every = n.every if isinstance(n, _Read) else n
+    known = m.known.get(made, ())
+    for one in known:
+        if one.more == more and one.values == one.ask(every):
+            break
+    else:
+        reads = _Read(every)
+        found = made(m, reads, *more)
+        ask = itemgetter(*reads.read) if reads.read else _nothing
+        one = _Known(more, reads.read, ask, ask(every), found)
+        if sum(map(len, [*m.known.values()])) * m.position_m.nbytes > KEPT_BYTES:
+            m.known.clear()
+    if not known or known[0] is not one:  # another thread may do the same: then one is made again
+        m.known[made] = (one, *(other for other in known if other is not one))[:KEPT]
+    if isinstance(n, _Read):
+        n.read.update(one.read)
+    return one.found
+
+
+def _nothing(n: Numbers) -> tuple[()]:
+    return ()
 
 
 @dataclass(frozen=True)
@@ -93,8 +167,12 @@ def _direction(speed_m_s: np.ndarray, typical_speed_m_s: float) -> np.ndarray:
     return found
 
 
-def either_way(m: Motion) -> tuple[Motion, Motion]:
+def either_way(m: Motion, n: Numbers) -> tuple[Motion, Motion]:
     """The same motion as if it went one way throughout, and as if it went the other."""
+    return kept(_either_way, m, n)
+
+
+def _either_way(m: Motion, n: Numbers) -> tuple[Motion, Motion]:
     forth, back = (replace(m, sign=np.full_like(m.sign, sign)) for sign in (1.0, -1.0))
     return forth, back
 

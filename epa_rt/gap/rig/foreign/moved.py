@@ -8,6 +8,7 @@ again of the place's noise through into what the mass asks for: where that is no
 forces of interest, it is not worth it.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -52,21 +53,29 @@ def cut_off(signals: Signals, numbers: Numbers) -> CutOff:
     position = signals.columns["position"]
     moving = position[1:][np.diff(position) != 0.0]  # a log may begin with a long rest
     size = max(noise_of(position), smallest_step(moving) / np.sqrt(12.0))
-    white = size * np.random.default_rng(0).standard_normal(
-        max(PROBE, int(PERIODS * signals.rate_hz / signals.lowpass_hz))
-    )
     for times in WIDER:
         hertz = times * signals.lowpass_hz
-        filtered = hertz < SLOPED * signals.rate_hz
-        speed = slope(lowpass(white, signals.rate_hz, hertz), signals.rate_hz, filtered)
-        asked = signals.lowpass(slope(speed, signals.rate_hz, filtered))
-        found = CutOff(hertz, _inside(speed), numbers.get(MASS, 0.0) * _inside(asked))
+        speed, asked = _behind(size, hertz, signals.rate_hz, signals.lowpass_hz)
+        found = CutOff(hertz, speed, numbers.get(MASS, 0.0) * asked)
         if (
             found.speed_m_s < QUIET * numbers["typical_speed"]
             and found.force_n < QUIET_FORCE * numbers["typical_force"]
         ):
             break
     return found
+
+
+@lru_cache
+def _behind(size: float, hertz: float, rate_hz: float, lowpass_hz: float) -> tuple[float, float]:
+    """Deviations of what white noise of a ``size`` in a place makes behind a cut-off at ``hertz``:
+    of the speed, and of the acceleration as it passes the residual's low-pass.
+    """
+    rows = max(PROBE, int(PERIODS * rate_hz / lowpass_hz))
+    white = size * np.random.default_rng(0).standard_normal(rows)
+    filtered = hertz < SLOPED * rate_hz
+    speed = slope(lowpass(white, rate_hz, hertz), rate_hz, filtered)
+    asked = lowpass(slope(speed, rate_hz, filtered), rate_hz, lowpass_hz)
+    return _inside(speed), _inside(asked)
 
 
 def _inside(values: np.ndarray) -> float:

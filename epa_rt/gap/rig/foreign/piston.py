@@ -8,7 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
-from epa_rt.gap.rig.foreign.law import LINK, Motion, either_way, late, motion, sloped_otherwise
+from epa_rt.gap.rig.foreign.law import (
+    LINK,
+    Motion,
+    either_way,
+    kept,
+    late,
+    motion,
+    sloped_otherwise,
+)
 from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.reversals import REVERSALS, Turning, turning_of
@@ -52,8 +60,12 @@ def as_read(prepared: Prepared, numbers: Numbers) -> Prepared:
     rows = numbers["sensor.force_delay_s"] * prepared.signals.rate_hz
     if rows == 0.0:
         return prepared
-    moved = late(prepared.motion, rows, numbers["typical_speed"])
+    moved = kept(_late, prepared.motion, numbers, prepared.signals.rate_hz)
     return replace(prepared, over_pa=shifted(prepared.over_pa, rows), motion=moved)
+
+
+def _late(m: Motion, n: Numbers, rate_hz: float) -> Motion:
+    return late(m, n["sensor.force_delay_s"] * rate_hz, n["typical_speed"])
 
 
 def predicted_n(prepared: Prepared, n: Numbers) -> np.ndarray:
@@ -81,7 +93,7 @@ def turning(prepared: Prepared, numbers: Numbers) -> Turning:
     m = read.motion
     here, less, on, back = (
         predicted_n(replace(read, motion=way), numbers)
-        for way in (m, sloped_otherwise(m), *either_way(m))
+        for way in (m, sloped_otherwise(m), *either_way(m, numbers))
     )
     return turning_of(prepared.signals, m, 0.5 * (on - back), here - less, numbers)
 

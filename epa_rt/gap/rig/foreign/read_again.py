@@ -9,7 +9,7 @@ read with the same noise and steps and fitted the same way, shows by how much (a
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,37 +23,55 @@ SPECTRA = 8  # that are averaged, where a record is long enough
 TWICE = 2.0  # times the noise, from which something stands out of it
 
 
-def read_again(
-    component: Component,
-    signals: Signals,
-    numbers: Numbers,
-    steps: Mapping[str, float],
-    random: np.random.Generator | None,
-) -> dict[str, np.ndarray]:
-    """(N,) by role: the motion without its noise and the outputs that ``numbers`` ask of it, all
-    read as the recording's were; without noise and steps where ``random`` is None. ``steps``: of
-    readings, where the rig file says them.
-
-    For kinds whose residual is what was measured less what the other channels foresee.
+@dataclass(frozen=True)
+class Readings:
+    """A recording's channels by role, (N,): ``clean`` of their noise but for outputs; the ``steps``
+    in which each is read, and the deviation of its ``noise`` before that.
     """
-    outputs = {role: link.name for link, role in component.links}
+
+    signals: Signals
+    clean: Mapping[str, np.ndarray]
+    steps: Mapping[str, float]
+    noise: Mapping[str, float]
+
+
+def readings_of(component: Component, signals: Signals, steps: Mapping[str, float]) -> Readings:
+    """What every twin of a recording is made of. ``steps``: of readings, where the rig file says
+    them.
+    """
+    outputs = {role for _, role in component.links}
     steps = {
         role: steps.get(role) or step_of(x[signals.valid[role]])
         for role, x in signals.columns.items()
     }
+    spectra = {role: _spectrum(x)[1] for role, x in signals.columns.items()}
     clean = {
-        role: x if role in outputs else without_noise(x, steps[role])
+        role: x if role in outputs else _stands_out(x, steps[role], spectra[role])
         for role, x in signals.columns.items()
     }
-    work = component.prepare(replace(signals, columns=clean), numbers)
+    noise = {role: _dither(x, steps[role], spectra[role]) for role, x in signals.columns.items()}
+    return Readings(signals, clean, steps, noise)
+
+
+def read_again(
+    component: Component, readings: Readings, numbers: Numbers, random: np.random.Generator | None
+) -> dict[str, np.ndarray]:
+    """(N,) by role: the motion without its noise and the outputs that ``numbers`` ask of it, all
+    read as the recording's were; without noise and steps where ``random`` is None.
+
+    For kinds whose residual is what was measured less what the other channels foresee.
+    """
+    clean = dict(readings.clean)
+    work = component.prepare(replace(readings.signals, columns=clean), numbers)
     clean |= {
-        role: clean[role] - component.residual(work, numbers, link)
-        for role, link in outputs.items()
+        role: clean[role] - component.residual(work, numbers, link.name)
+        for link, role in component.links
     }
     if random is None:
         return clean
     return {
-        role: _as_read(x, signals.columns[role], steps[role], random) for role, x in clean.items()
+        role: _as_read(x, readings.noise[role], readings.steps[role], random)
+        for role, x in clean.items()
     }
 
 
@@ -64,7 +82,10 @@ def without_noise(x: np.ndarray, step: float = 0.0) -> np.ndarray:
     Not the low-pass of the residuals: noise that it let through would be motion to the twin. What
     stands out is seen in windowed stretches, into which a record's ends do not leak.
     """
-    hertz, power = _spectrum(x)
+    return _stands_out(x, step, _spectrum(x)[1])
+
+
+def _stands_out(x: np.ndarray, step: float, power: np.ndarray) -> np.ndarray:
     share = np.clip(
         1.0 - TWICE * 2.0 * _noise(x, step, power) ** 2 / np.maximum(power, np.finfo(float).tiny),
         0.0,
@@ -108,14 +129,15 @@ def _noise(x: np.ndarray, step: float, power: np.ndarray) -> float:
     )
 
 
+def _dither(x: np.ndarray, step: float, power: np.ndarray) -> float:
+    """Deviation of the white noise of a reading before it takes its steps."""
+    square = max(_noise(x, step, power) ** 2 - step**2 / 12.0, (LEAST_DITHER * step) ** 2)
+    return float(np.sqrt(square))
+
+
 def _as_read(
-    clean: np.ndarray, like: np.ndarray, step: float, random: np.random.Generator
+    clean: np.ndarray, noise: float, step: float, random: np.random.Generator
 ) -> np.ndarray:
     """(N,) with the white noise of a reading and its steps."""
-    noise = np.sqrt(
-        max(
-            _noise(like, step, _spectrum(like)[1]) ** 2 - step**2 / 12.0, (LEAST_DITHER * step) ** 2
-        )
-    )
     read = clean + noise * random.standard_normal(len(clean))
     return np.round(read / step) * step if step > 0.0 else read

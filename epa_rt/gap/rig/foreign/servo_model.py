@@ -47,6 +47,8 @@ def run(
         1.0 + 0.5 * share if winds else share / (1.0 - np.exp(-share))
     )  # of the push that takes this torque over the whole step
     sticks = n[COULOMB] + n[STICTION] + n[FORWARD] + n[BACKWARD] > 0.0
+    hangs = n[GRAVITY_SINE] != 0.0 or n[GRAVITY_COSINE] != 0.0  # else zero times whatever it is
+    gear = _gear(0.5 * dt, n) if winds else (0.0, 0.0, 0.0, 0.0)
     motor, speed, joint, joint_speed = start_rad, 0.0, start_rad, 0.0
     for k in range(len(command_rad)):
         half = 0.5 * n[BACKLASH] if preload_rad_s[k] == 0.0 else 0.0
@@ -64,19 +66,18 @@ def run(
             drive = n[GAIN] * (1.0 - n[LOSS]) * gain_ratio[k] * error
             if n[SPEED_LIMIT] > 0.0:
                 drive = drive / max(1.0, abs(drive) * n[SPEED_LIMIT])
+            sine, cosine = (np.sin(middle), np.cos(middle)) if hangs else (middle, middle)
             push = (
                 drive
-                - n[GRAVITY_SINE] * np.sin(middle)
-                - n[GRAVITY_COSINE] * np.cos(middle)
+                - n[GRAVITY_SINE] * sine
+                - n[GRAVITY_COSINE] * cosine
                 - n[LOAD]
                 - preload_rad_s[k]
             )
             if n[TORQUE_LIMIT] > 0.0:
                 push = speed + (push - speed) / max(1.0, abs(push - speed) * torque_limit)
             if winds:
-                mean, joint_mean = _wound(
-                    speed, joint_speed, motor - joint, half, push, 0.5 * dt, n
-                )
+                mean, joint_mean = _wound(speed, joint_speed, motor - joint, half, push, gear, n)
                 motor += dt * mean
                 joint += dt * joint_mean
                 speed, joint_speed = (
@@ -150,23 +151,33 @@ def _slid(coasting: float, push: float, taken: float, n: np.ndarray) -> float:
 
 
 @njit(cache=True, nogil=True)
+def _gear(dt: float, n: np.ndarray) -> tuple[float, float, float, float]:
+    """Of ``dt`` with a gear that winds up: what its bend and its speed push the joint by, the part
+    of a push that the motor takes on, and what divides its speed.
+    """
+    stiffness = 1.0 / n[COMPLIANCE]
+    along = dt * (dt * stiffness + 2.0 * JOINT_DAMPING * np.sqrt(stiffness))
+    share, beyond = dt / n[LAG], n[BEYOND]
+    drag = 1.0 - beyond + beyond * along / (1.0 + along) + share * (1.0 + n[VISCOUS])
+    return dt * stiffness, along, share, drag
+
+
+@njit(cache=True, nogil=True)
 def _wound(
     speed: float,
     joint_speed: float,
     bent: float,
     half: float,
     push: float,
-    dt: float,
+    gear: tuple[float, float, float, float],
     n: np.ndarray,
 ) -> tuple[float, float]:
-    """Speeds of motor and joint at the end of ``dt`` with a gear that winds up. The part of the
-    mass beyond the gear pulls back on the motor; both are taken implicitly.
+    """Speeds of motor and joint at the end of the time of ``gear``. The part of the mass beyond the
+    gear pulls back on the motor; both are taken implicitly.
     """
+    stiff, along, share, drag = gear
     bent -= min(max(bent, -half), half)
-    stiffness = 1.0 / n[COMPLIANCE]
-    along = dt * (dt * stiffness + 2.0 * JOINT_DAMPING * np.sqrt(stiffness))
-    share, beyond = dt / n[LAG], n[BEYOND]
-    pull = (dt * stiffness * bent - along * joint_speed) / (1.0 + along)
-    drag = 1.0 - beyond + beyond * along / (1.0 + along) + share * (1.0 + n[VISCOUS])
+    beyond = n[BEYOND]
+    pull = (stiff * bent - along * joint_speed) / (1.0 + along)
     speed = _slid((1.0 - beyond) * speed / drag, push - beyond * pull / share, share / drag, n)
-    return speed, (joint_speed + dt * stiffness * bent + along * speed) / (1.0 + along)
+    return speed, (joint_speed + stiff * bent + along * speed) / (1.0 + along)

@@ -145,16 +145,12 @@ def _sections(share: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _forth_and_back(sections: np.ndarray, steady: np.ndarray, values: np.ndarray) -> np.ndarray:
     """As scipy's ``sosfiltfilt``, to the bit, with the steady state that is known already."""
-    from scipy import signal
+    from epa_rt.gap.rig.foreign.zero_phase import forth_and_back
 
     edge = 3 * (2 * len(sections) + 1)  # no section of a low-pass lacks a coefficient
     if len(values) <= edge:
         raise ValueError(f"found {len(values)} rows, expected more than {edge} to filter")
-    first, last = 2.0 * values[0], 2.0 * values[-1]
-    longer = np.concatenate([first - values[edge:0:-1], values, last - values[-2 : -edge - 2 : -1]])
-    forth, _ = signal.sosfilt(sections, longer, zi=steady * longer[0])
-    back, _ = signal.sosfilt(sections, forth[::-1], zi=steady * forth[-1])
-    return back[::-1][edge:-edge]
+    return forth_and_back(sections, steady, np.ascontiguousarray(values, dtype=float), edge)
 
 
 def shifted(values: np.ndarray, samples: float) -> np.ndarray:

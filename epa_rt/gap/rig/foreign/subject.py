@@ -1,7 +1,8 @@
 """A component rig and its plant as the diagnosis wants them: one ``Subject`` for every kind."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
 from zlib import crc32
 
 import numpy as np
@@ -10,17 +11,20 @@ from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign.baseline import Baseline
 from epa_rt.gap.rig.foreign.component import Experiment, Parameter, scaled
 from epa_rt.gap.rig.foreign.plant_file import ForeignPlant, plant_text, sized
-from epa_rt.gap.rig.foreign.read_again import read_again
+from epa_rt.gap.rig.foreign.read_again import Readings, read_again, readings_of
 from epa_rt.gap.rig.foreign.readings import as_read
 from epa_rt.gap.rig.foreign.repeats import colourless, lap_differences, lap_samples
 from epa_rt.gap.rig.foreign.reversals import Turning, row_variance
 from epa_rt.gap.rig.foreign.rig_file import ForeignRig
 from epa_rt.gap.rig.foreign.signals import Signals, lowpass, on_grid
+from epa_rt.gap.side_by_side import WORKERS
 from epa_rt.gap.subject import Link, Plain, Values
 from epa_rt.models.effect import Effect, Knob
 
 # to which part of itself an effect's strength is known that the plant file has: as viscous friction
 KNOWN_TO = 0.5
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,24 @@ class Ready:
     beside: Mapping[str, np.ndarray]  # by link, (n,): what a baseline takes off
     variance: Mapping[str, np.ndarray]
     recording: Recording
+
+
+class _Last(Generic[Made]):
+    """What was made of the last recordings: twins are asked for one log after another."""
+
+    def __init__(self, make: Callable[[Recording], Made]) -> None:
+        self._make = make
+        self._kept: tuple[tuple[Recording, Made], ...] = ()
+
+    def of(self, recording: Recording) -> Made:
+        """As ``make`` has it; nobody may change it."""
+        kept = self._kept  # another thread may be here too
+        for known, made in kept:
+            if known is recording:
+                return made
+        made = self._make(recording)
+        self._kept = ((recording, made), *kept)[:WORKERS]
+        return made
 
 
 class ForeignSubject(Plain):
@@ -72,6 +94,7 @@ class ForeignSubject(Plain):
             row.key: row for row in (sized(row, rig.settings) for row in component.parameters)
         }
         every = {key: _knob(row, plant.numbers[key]) for key, row in self._parameters.items()}
+        self._readings, self._variances = _Last(self._readings_of), _Last(self._variances_of)
         self.without_stop = False  # what runs on before and after a trial is not known
         self.nominal: tuple[Knob, ...] = tuple(
             knob for knob in every.values() if knob.effect is None
@@ -120,10 +143,8 @@ class ForeignSubject(Plain):
         ready = self._ready(recording, self._channels(recording))
         if self._unsure:
             read = recording.twin_of
-            like = self._ready(read, self._channels(read)) if read is not None else ready
-            return replace(
-                ready, variance={link.name: self._variance(like, link.name) for link in self.links}
-            )
+            varies = self._variances_by(ready) if read is None else self._variances.of(read)
+            return replace(ready, variance=varies)
         if self.baseline is None:
             return ready
         plain = self.evenly()
@@ -154,6 +175,12 @@ class ForeignSubject(Plain):
         """The motion whose direction the outputs hang on; None of a kind that has none."""
         asked = self.rig.component.turning
         return asked(prepared.work, self._numbers({})) if asked is not None else None
+
+    def _variances_of(self, recording: Recording) -> dict[str, np.ndarray]:
+        return self._variances_by(self._ready(recording, self._channels(recording)))
+
+    def _variances_by(self, ready: Ready) -> dict[str, np.ndarray]:
+        return {link.name: self._variance(ready, link.name) for link in self.links}
 
     def _variance(self, ready: Ready, link: str) -> np.ndarray:
         turning = self.turning(ready)
@@ -245,14 +272,16 @@ class ForeignSubject(Plain):
         """
         if self.baseline is not None or not self.rig.component.output_is_foreseen:
             return None
-        signals = on_grid(recording, self._channels(recording), self.rate_hz, self.rig.lowpass_hz)
         random = (
             None if seed is None else np.random.default_rng([seed, crc32(recording.name.encode())])
         )  # another noise in every log
-        made = read_again(
-            self.rig.component, signals, self._numbers(values), self.rig.steps, random
-        )
+        readings = self._readings.of(recording)
+        made = read_again(self.rig.component, readings, self._numbers(values), random)
         return replace(self._with(recording, made), twin_of=recording)
+
+    def _readings_of(self, recording: Recording) -> Readings:
+        signals = on_grid(recording, self._channels(recording), self.rate_hz, self.rig.lowpass_hz)
+        return readings_of(self.rig.component, signals, self.rig.steps)
 
     def repeats(
         self, recording: Recording, values: Values | None = None

@@ -11,7 +11,7 @@ import numpy as np
 
 from epa_rt.gap.rig.foreign import laws
 from epa_rt.gap.rig.foreign.component import Numbers
-from epa_rt.gap.rig.foreign.law import REST_RATIO, Law, Motion, law, number
+from epa_rt.gap.rig.foreign.law import REST_RATIO, Law, Motion, kept, law, number
 
 FRICTION = "friction"
 REVERSAL = "reversal"  # how dry friction turns over, whatever its level
@@ -258,8 +258,10 @@ def in_contact(m: Motion, numbers: Numbers) -> Motion:
     """A motion whose direction, as friction feels it, turns over gradually where ``presliding`` is
     in the plant.
     """
-    if numbers[PRESLIDING_M] == 0.0:
-        return m
+    return m if numbers[PRESLIDING_M] == 0.0 else kept(_gradual, m, numbers)
+
+
+def _gradual(m: Motion, numbers: Numbers) -> Motion:
     from epa_rt.gap.rig.foreign.operators import dahl
 
     moved_m = np.diff(m.position_m, prepend=m.position_m[0])
@@ -267,12 +269,17 @@ def in_contact(m: Motion, numbers: Numbers) -> Motion:
 
 
 def stray_force_n(m: Motion, numbers: Numbers, laws: Sequence[Law] = LAWS) -> np.ndarray:
-    """Sum of all laws, (N,), N."""
-    total = np.zeros_like(m.speed_m_s)
-    for one in laws:
-        if any(numbers[key] != 0.0 for key in one.strengths):
-            total = total + one.force_n(m, numbers)
-    return total
+    """Sum of all laws, (N,), N; nobody may change it."""
+    return kept(_sum_n, m, numbers, tuple(laws))
+
+
+def _sum_n(m: Motion, numbers: Numbers, laws: tuple[Law, ...]) -> np.ndarray:
+    forces = [
+        kept(one.force_n, m, numbers)
+        for one in laws
+        if any(numbers[key] != 0.0 for key in one.strengths)
+    ]
+    return sum(forces[1:], forces[0]) if forces else np.zeros_like(m.speed_m_s)
 
 
 def motion_features(m: Motion) -> Mapping[str, np.ndarray]:
