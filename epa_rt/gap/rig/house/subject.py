@@ -33,6 +33,7 @@ from epa_rt.models.blocks.load import FIXED
 from epa_rt.models.catalogue import CATALOGUE, NOMINAL, knob
 from epa_rt.models.effect import Effect, Knob
 from epa_rt.models.knobs import write_knob
+from epa_rt.models.parameters import copied
 from epa_rt.models.parameters import effects as effect_rows
 from epa_rt.models.plant_file import PlantFile, load_plant, save_plant
 
@@ -94,7 +95,7 @@ class HouseSubject(Plain):
 
     def params(self, values: Values) -> np.ndarray:
         """A copy of the nominal plant's parameters with these values, shape (1,), PARAMS."""
-        found = self.plant.params.copy()
+        found = copied(self.plant.params)
         for key, value in values.items():
             write_knob(found, key, value)
         return found

@@ -10,6 +10,7 @@ from epa_rt.config.rig import Rig
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.house.channels import Channel
 from epa_rt.gap.rig.house.commands import lost_rows
+from epa_rt.models.parameters import PARAMS, copied
 from epa_rt.models.plant import new_state, run, run_roughly
 from epa_rt.models.ports import SENSORS
 
@@ -19,6 +20,8 @@ _EVEN = (
     0.6180339887498949,
     0.7548776662466927,
 )  # spread the places of steps evenly over seeds in a row, and over channels
+
+_NOISES = tuple(name for name in PARAMS["sensors"].names if "_noise_" in name)
 
 
 def on_grid(recording: Recording) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -77,11 +80,11 @@ def run_whole(
     of a rig whose motion differs by a fraction of a count is another one, and none of it may count
     as known. ``roughly``: by the midpoint rule.
     """
-    place = place_of(recording)
-    params = params.copy()
-    for name in params["sensors"].dtype.names:
-        if "_noise_" in name:
-            params["sensors"][name] = 0.0
+    # of what has no gaps every row is its own place
+    place = place_of(recording) if len(commands) != recording.samples else slice(None)
+    params = copied(params)
+    for name in _NOISES:
+        params["sensors"][name] = 0.0
     state = new_state(params)
     state["cycle"] = -hold_phase % max(
         int(params["sensors"]["encoder_hold_s"][0] / recording.period_s + 0.5), 1
