@@ -213,6 +213,7 @@ class HouseSubject(Plain):
             noise,
             seed,
             known.phase,
+            known.motions,
             self.roughly,
         )
 
