@@ -57,6 +57,7 @@ class Motions:
 
 
 def _last(kept: OrderedDict, key: bytes, value: object, most: int) -> None:
+    """Keeps a value as the last one asked for, and of all no more than ``most``."""
     kept[key] = value
     while len(kept) > most:
         kept.popitem(last=False)

@@ -80,8 +80,7 @@ def run_whole(
     (None) neither. ``hold_phase``: row on which the encoder first renews. Where noise does not
     dither the steps, the steps lie at a place of chance, and the readings with them: the rounding
     of a rig whose motion differs by a fraction of a count is another one, and none of it may count
-    as known. ``motions``: kept of this
-    recording run so; ``roughly``: by the midpoint rule.
+    as known. ``motions``: of this recording, run so. ``roughly``: by the midpoint rule.
     """
     # of what has no gaps every row is its own place
     place = place_of(recording) if len(commands) != recording.samples else slice(None)
