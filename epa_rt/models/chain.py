@@ -156,6 +156,30 @@ def pulled_in(t, travel, travel_speed):
 
 
 @compiled
+def write_seen(p, s):
+    """Writes of ``write_truth``'s values those alone that sensors see."""
+    y, out = s.smooth, s.truth
+    travel, travel_speed, q, q_speed = motion(p, s)
+    out.motor_angle_rad, out.motor_speed_rad_s, out.motor_current_a = y[ANGLE], y[SPEED], y[CURRENT]
+    out.motor_torque_nm = drive.reported_torque(
+        p.drive, p.sensors.motor_current_gain_ratio * y[CURRENT] + p.sensors.motor_current_offset_a
+    )
+    travel, travel_speed = pulled_in(p.transmission, travel, travel_speed)
+    out.supply_pa = gas.supply_pressure(p.gas[0], y[SUPPLY_FLOW])
+    out.pressure_pa[0], out.pressure_pa[1] = p.gas[0].atmosphere_pa, p.gas[1].atmosphere_pa
+    if p.muscle[0].present > 0.5:
+        _, out.pressure_pa[0], _, _, out.muscle_force_n[0] = pull(
+            p, s, y, 0, travel, travel_speed, q, q_speed
+        )
+    if p.muscle[1].present > 0.5:
+        _, out.pressure_pa[1], _, _, _ = pull(p, s, y, 1, travel, travel_speed, q, q_speed)
+    knee = p.load.kind_code == load.KNEE
+    out.load_position_m = q
+    out.joint_angle_rad = y[LOAD_PLACE] if knee else 0.0
+    out.joint_speed_rad_s = y[LOAD_SPEED] if knee else 0.0
+
+
+@compiled
 def write_truth(p, s):
     """Writes the noise-free values of the present state to ``state.truth``."""
     y, out = s.smooth, s.truth

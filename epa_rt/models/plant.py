@@ -4,7 +4,7 @@ import math
 
 from epa_rt.models.blocks import braid, bus, drive, gas, muscle, sensors, transmission
 from epa_rt.models.blocks.exponential import lag_weights
-from epa_rt.models.chain import lengths, motion, pull, pulled_in, rates, write_truth
+from epa_rt.models.chain import lengths, motion, pull, pulled_in, rates, write_seen, write_truth
 from epa_rt.models.compiled import compiled
 from epa_rt.models.groups import COMPILED, groups_of
 from epa_rt.models.local import local_params, local_zeros
@@ -119,7 +119,8 @@ def _settle(p, s, valves):
 
 
 @compiled
-def _advance(p, s, command, reading, period_s, substeps, roughly):
+def _advance(p, s, command, reading, period_s, substeps, roughly, whole):
+    """``whole``: with all of the state's truth, not only what sensors see of it."""
     bus.latch(s, command, period_s)
     motor_delay = p.bus.command_delay_s / period_s
     opening_s, closing_s = bus.valve_delays(p.bus.valve_delay_s, p.bus.valve_skew_ratio)
@@ -142,7 +143,10 @@ def _advance(p, s, command, reading, period_s, substeps, roughly):
         else:
             _integrate(p, s, h, weights, motor, valves)
         _settle(p, s, valves)
-    write_truth(p, s)
+    if whole:
+        write_truth(p, s)
+    else:
+        write_seen(p, s)
     sensors.read(p.sensors, s, s.truth, p.gas[0].atmosphere_pa, reading, period_s)
     s.cycle += 1
 
@@ -155,7 +159,7 @@ def advance(params, state, command, sensors_out, period_s, substeps):
     ``sensors_out`` SENSORS (written): all of shape (1,). ``substeps`` of the integrator per cycle;
     see docs/plant.md.
     """
-    _advance(params[0], state[0], command[0], sensors_out[0], period_s, substeps, False)
+    _advance(params[0], state[0], command[0], sensors_out[0], period_s, substeps, False, True)
 
 
 def _compiled_for(groups, roughly):
@@ -164,8 +168,11 @@ def _compiled_for(groups, roughly):
     @compiled
     def run_of_groups(params, state, commands, period_s, substeps, sensors_out):
         p = local_params(params[0], groups)
-        for k in range(commands.shape[0]):
-            _advance(p, state[0], commands[k], sensors_out[k], period_s, substeps, roughly)
+        last = commands.shape[0] - 1
+        for k in range(last + 1):
+            _advance(
+                p, state[0], commands[k], sensors_out[k], period_s, substeps, roughly, k == last
+            )
 
     return run_of_groups
 

@@ -15,39 +15,43 @@ def new_state(params: np.ndarray) -> np.ndarray:
     A mass or a knee lies where its own weight or bias and the end stops balance, vented muscles
     pulling nothing. ``params``: shape (1,), dtype PARAMS.
     """
-    p = params[0]
     state = np.zeros(1, STATE)
-    s = state[0]
-    s["smooth"][ANGLE] = _angle_at(p["transmission"], p["load"]["start_travel_m"])
-    s["travel_m"] = p["load"]["start_travel_m"]
-    s["geared_m"] = transmission.geared_travel(p["transmission"], s["smooth"][ANGLE])
-    s["smooth"][LOAD_PLACE] = _hanging_place(p)
-    for i in range(2):
-        m, g = p["muscle"][i], p["gas"][i]
-        length = _length(p, i, s["smooth"][LOAD_PLACE])
-        volume, _ = muscle.shape(m, g["dead_volume_m3"], length)
-        s["length_m"][i] = length
-        s["smooth"][GAS_C + i] = g["atmosphere_pa"] * volume ** gas.exponent(g)
-        s["smooth"][GAS_MASS + i] = (
-            g["atmosphere_pa"] * volume / (g["gas_constant_j_kg_k"] * g["temperature_k"])
-        )
-    s["pressure_reading_pa"][1] = s["tube_reading_pa"][1] = (
-        p["gas"][1]["atmosphere_pa"] - p["gas"][0]["atmosphere_pa"]
-    )  # one gauge zero for both
-    s["pressure_reading_pa"][2] = p["gas"][0]["supply_gauge_pa"]
-    s["pressure_before_pa"] = s["pressure_reading_pa"]
-    s["encoder_angle_rad"] = sensors.encoder(p["sensors"], s["smooth"][ANGLE])
-    write_truth(p, s)
-    instruments.settle(s, s["truth"], p["gas"][0]["atmosphere_pa"])
+    _lay(params[0], state[0], _hanging_place(params[0]))
     return state
 
 
-def _angle_at(transmission_params, travel_m: float) -> float:
+@compiled
+def _lay(p, s, place):
+    """Writes the rest state with the load at ``place`` into a state of zeros."""
+    y = s.smooth
+    y[ANGLE] = _angle_at(p.transmission, p.load.start_travel_m)
+    s.travel_m = p.load.start_travel_m
+    s.geared_m = transmission.geared_travel(p.transmission, y[ANGLE])
+    y[LOAD_PLACE] = place
+    for i in range(2):
+        m, g = p.muscle[i], p.gas[i]
+        length = _length(p, i, place)
+        volume, _ = muscle.shape(m, g.dead_volume_m3, length)
+        s.length_m[i] = length
+        y[GAS_C + i] = g.atmosphere_pa * volume ** gas.exponent(g)
+        y[GAS_MASS + i] = g.atmosphere_pa * volume / (g.gas_constant_j_kg_k * g.temperature_k)
+    other = p.gas[1].atmosphere_pa - p.gas[0].atmosphere_pa  # one gauge zero for both
+    s.pressure_reading_pa[1] = s.tube_reading_pa[1] = other
+    s.pressure_reading_pa[2] = p.gas[0].supply_gauge_pa
+    for i in range(3):
+        s.pressure_before_pa[i] = s.pressure_reading_pa[i]
+    s.encoder_angle_rad = sensors.encoder(p.sensors, y[ANGLE])
+    write_truth(p, s)
+    instruments.settle(s, s.truth, p.gas[0].atmosphere_pa)
+
+
+@compiled
+def _angle_at(t, travel_m):
     """Motor angle at a strap travel, by Newton's method (one step where the spool is round)."""
-    angle = travel_m * transmission_params["gear_ratio"] / transmission_params["spool_radius_m"]
+    angle = travel_m * t.gear_ratio / t.spool_radius_m
     for _ in range(30):
-        miss = transmission.geared_travel(transmission_params, angle) - travel_m
-        angle -= miss / transmission.travel_per_angle(transmission_params, angle)
+        miss = transmission.geared_travel(t, angle) - travel_m
+        angle -= miss / transmission.travel_per_angle(t, angle)
     return angle
 
 

@@ -41,7 +41,7 @@ NEARBY, STILL_FALLS = (
     # times what its derivatives promise, and of what was left before the last step: a fit below the
     # one and above the other has come near to what it can reach
 )
-KEPT = 64  # runs that changes are counted from
+KEPT = 64  # runs, among them those that changes are counted from
 # of a step: a reading that stands still says that the value lies within it, and the rest may lie on
 # its edge
 WITHIN = 0.55
@@ -69,7 +69,7 @@ class AsOne(Plain):
         )
         rougher = subject.rougher
         self._rough = {far: made.free_run for far in (False, True) if (made := rougher(far))}
-        self._bases: dict[tuple, np.ndarray] = {}
+        self._bases: dict[tuple, tuple[Held, np.ndarray]] = {}
 
     def touched(self, key: str) -> tuple[str, ...]:
         """The one link, whatever the knob."""
@@ -85,7 +85,7 @@ class AsOne(Plain):
 
     def residual(self, prepared: "Held", values: Values, link: str) -> np.ndarray:
         """(n,) measured minus free run; NaN outside of trials."""
-        return self._by(self._subject.free_run, prepared, values)
+        return self._kept(None, prepared, values)
 
     def change(
         self, prepared: "Held", values: Values, at: Values, far: bool = False
@@ -95,24 +95,26 @@ class AsOne(Plain):
         """
         if not self._rough:
             return None
-        made, base = self._by(self._rough[far], prepared, values), self._base(prepared, at, far)
+        made, base = self._by(self._rough[far], prepared, values), self._kept(far, prepared, at)
         return (
             made - base
             if max(np.nanmax(np.abs(one), initial=0.0) for one in (made, base)) < ABSURD
             else None
         )
 
-    def _base(self, prepared: "Held", at: Values, far: bool) -> np.ndarray:
-        """The rougher model's residual, kept: all of a point's derivatives ask for it, of several
-        fits at once.
+    def _kept(self, far: bool | None, prepared: "Held", values: Values) -> np.ndarray:
+        """Residual of the whole run (None) or of a rougher one, kept and to be read only: all of a
+        point's derivatives ask for theirs, of several fits at once, and fits for where others were.
         """
-        key = (far, prepared.recording.name, tuple(at.items()))
+        key = (far, id(prepared), tuple(values.items()))
         made = self._bases.get(key)
         if made is None:
             if len(self._bases) >= KEPT:
                 self._bases = {}
-            self._bases[key] = made = self._by(self._rough[far], prepared, at)
-        return made
+            run = self._subject.free_run if far is None else self._rough[far]
+            # with what it is of, so that an id stays its own
+            made = self._bases[key] = prepared, self._by(run, prepared, values)
+        return made[1]
 
     def _by(self, run, prepared: "Held", values: Values) -> np.ndarray:
         return apart(prepared, run(prepared.recording, values, None), self.meters).ravel()

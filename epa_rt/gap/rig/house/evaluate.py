@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from epa_rt.gap.rig.house import gas_link, instruments, motion, motor_link, smooth
-from epa_rt.gap.rig.house.depends import gases, lengths, pressures
+from epa_rt.gap.rig.house.depends import gases, lengths, pressures, torques
 from epa_rt.gap.rig.house.prepared import Prepared
 from epa_rt.models.blocks.bus import valve_delays
 from epa_rt.models.ports import STATE
@@ -181,7 +181,7 @@ class Bench:
             calm = self.predicted_force(0, calm=True)
             return instruments.cell(self.sensors, calm, self.prepared.period_s) - calm
 
-        return self.kept("late part", (self.params,), made)
+        return self.kept("late part", gases(self.params), made)
 
     def predicted_force(self, i: int, calm: bool = False) -> np.ndarray:
         """(N,) from measured pressure, ``calm``: smoothed, and length."""
@@ -272,6 +272,20 @@ class Bench:
         return truth, seen, drawn
 
     # --- drive and load
+
+    def needed_torque(self) -> np.ndarray:
+        """(N,) torque on the shaft that the measured motion needs against the muscles' forces,
+        N*m.
+        """
+
+        def made() -> np.ndarray:
+            out = np.empty(self.prepared.count)
+            motor_link.balance_torque(
+                self.params, *self.motor(), self.spool(), self.prepared.period_s, out
+            )
+            return out
+
+        return self.kept("torque", torques(self.params), made)
 
     def warmth(self) -> np.ndarray:
         """(N,) kelvins that weaken the motor's torque, from the measured current; zeros where they

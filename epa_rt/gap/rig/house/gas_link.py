@@ -11,11 +11,16 @@ from epa_rt.models.blocks import gas
 from epa_rt.models.blocks.instruments import lagged
 from epa_rt.models.blocks.muscle import shape, strap_stretch
 from epa_rt.models.blocks.power import power
+from epa_rt.models.compiled import inlined
+from epa_rt.models.groups import GAS, MUSCLE, OTHERS
+from epa_rt.models.local import local_params, local_zeros
 
 STEPS = 2  # half-steps of a cycle: midpoint rule over each
 # part of its heat that gas may lose in a cycle for a shut muscle to be taken over the whole of it
 # at once
 SLOW = 0.02
+NUMBERS = 9  # of a muscle's state, see march
+ALL = OTHERS | GAS | MUSCLE
 
 
 @compiled
@@ -26,7 +31,7 @@ def volumes(params, i, length, strap_n, out):
         out[k], _ = shape(m, g.dead_volume_m3, length[k] - strap_stretch(m, strap_n[k]))
 
 
-@compiled
+@inlined
 def seen_valve(values, k, start, end, delays):
     """Mean over [start, end] (in cycles from the start of cycle k, not longer than one) of what a
     valve does that opens and closes late.
@@ -39,7 +44,7 @@ def seen_valve(values, k, start, end, delays):
     return min(found, other) if closing < opening else max(found, other)
 
 
-@compiled
+@inlined
 def _held(values, k, start, end):
     first, last = math.floor(start), math.ceil(end) - 1
     before = values[max(k + first, 0)]
@@ -49,7 +54,7 @@ def _held(values, k, start, end):
     return (1.0 - part) * before + part * values[max(k + last, 0)]
 
 
-@compiled
+@inlined
 def _rates(g, c, mass, droop, ringing, volume, inlet, exhaust, others):
     rate, mass_rate, drawn = gas.rates(
         g,
@@ -65,7 +70,7 @@ def _rates(g, c, mass, droop, ringing, volume, inlet, exhaust, others):
     return rate, mass_rate, follows, swings, drawn
 
 
-@compiled
+@inlined
 def is_tight(g):
     """Whether shut valves keep p V^n as it is."""
     return (
@@ -76,7 +81,7 @@ def is_tight(g):
     )
 
 
-@compiled
+@inlined
 def _still_for(inlet, exhaust, k, most):
     """For how many cycles before k both valves have been told to be shut, ``most`` + 1 at most;
     before the log they were as in its first cycle.
@@ -88,7 +93,7 @@ def _still_for(inlet, exhaust, k, most):
     return most + 1
 
 
-@compiled
+@inlined
 def _midpoint(g, s, h, before, after, raised_before, raised_after):
     """A step of a muscle whose valves are shut from volume ``before`` to ``after``, both known as
     V^n too; returns what it draws.
@@ -106,7 +111,7 @@ def _midpoint(g, s, h, before, after, raised_before, raised_after):
     return flow
 
 
-@compiled
+@inlined
 def _half_step(g, s, h, decay, v0, v1, wanted_in, wanted_out, others):
     """A step in which valves open or close; returns what the muscle draws."""
     d0, m0, f0, r0, _ = _rates(g, s[0], s[1], s[2], s[8], v0, s[3], s[4], others)
@@ -152,6 +157,9 @@ def march(
     """Cycles k0 to k1 from state s (c, mass, droop, openings, sensor's reading, pressure before,
     tube's reading, the droop's rate), which it moves. ``raised``: V^n (N,).
     """
+    g, there, s = local_params(g, ALL), s, local_zeros(NUMBERS)  # known to nobody else, so faster
+    for i in range(NUMBERS):
+        s[i] = there[i]
     lag_s, tube_s = lags_s
     h = period_s / STEPS
     decay = math.exp(-0.5 * h / g.valve_lag_s)
@@ -191,6 +199,8 @@ def march(
         s[6] = pressure
         s[7] = lagged(s[7], reading, s[5], tube_s, period_s, tube_fade) if tube_s > 0.0 else s[5]
         truth[k], seen[k] = pressure, s[7]
+    for i in range(NUMBERS):
+        there[i] = s[i]
 
 
 @compiled
@@ -235,7 +245,7 @@ def pressures(
     like ``seen``, for after a fill a slow tube still rises far into a span.
     """
     g = params[0].gas[i]
-    s, raised = np.zeros(9), np.empty(len(volume))
+    s, raised = np.zeros(NUMBERS), np.empty(len(volume))
     for k in range(len(volume)):
         raised[k] = power(volume[k], gas.exponent(g))
     start = max(measured[0], 1e3) if abs(measured[0] - g.atmosphere_pa) > 5e3 else g.atmosphere_pa

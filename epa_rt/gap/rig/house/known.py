@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.rig.house.motions import Motions
 
 MOST_PLANTS = 4  # per recording, beside which its noise is looked for
 ANOTHER = 0.5  # how far a plant is from those seen, to be another one
@@ -19,13 +20,15 @@ ANOTHER = 0.5  # how far a plant is from those seen, to be another one
 class Known:
     """Of one ``recording``. ``phase``: the cycle of the encoder's first renewal. ``told`` (N,): its
     commands on a gapless grid of cycles, to be read only. ``noises``: plants, and by port what each
-    leaves of the readings. Fits run one recording a thousand times, from two threads: ``lock``.
+    leaves of the readings. ``motions``: what plants did in it. Fits run one recording a thousand
+    times, from two threads: ``lock``.
     """
 
     recording: "weakref.ref[Recording]"
     phase: int
     told: np.ndarray
     noises: list[tuple[dict[str, float], dict[str, float]]] = field(default_factory=list)
+    motions: Motions = field(default_factory=Motions)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def noise(

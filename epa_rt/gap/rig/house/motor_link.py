@@ -64,11 +64,25 @@ def drive_current(params, state, commands, angle, speed, measured_a, led, warmth
         out[k] = current
 
 
-@compiled
 def balance_current(params, angle, speed, acceleration, spool_n, warmth_k, period_s, out):
     """Current (N,) that the measured motion needs against inertia, friction, gear and the spool's
     force (N,).
     """
+    balance_torque(params, angle, speed, acceleration, spool_n, period_s, out)
+    current_for(params, out, angle, warmth_k, out)
+
+
+@compiled
+def current_for(params, torque, angle, warmth_k, out):
+    """Current (N,) that gives the shaft a torque (N,); ``out`` may be the torque's own array."""
+    p = params[0].drive
+    for k in range(len(angle)):
+        out[k] = motor.current_for(p, torque[k], angle[k], warmth_k[k])
+
+
+@compiled
+def balance_torque(params, angle, speed, acceleration, spool_n, period_s, out):
+    """Torque on the shaft (N,), N*m, that the measured motion needs: as ``balance_current``."""
     p, t = params[0].drive, params[0].transmission
     h = period_s / STEPS
     fade = math.exp(-h / p.presliding_time_s)
@@ -100,11 +114,10 @@ def balance_current(params, angle, speed, acceleration, spool_n, warmth_k, perio
             low - dry,
             high + dry,
         )
-        torque = (
+        out[k] = (
             p.inertia_kg_m2 * acceleration[k]
             + friction
             + motor.drag(p, speed[k])
             + load
             + transmission.sliding_torque(t, p.inertia_kg_m2, load, speed[k])
         )
-        out[k] = motor.current_for(p, torque, angle[k], warmth_k[k])

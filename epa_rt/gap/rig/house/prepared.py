@@ -49,6 +49,7 @@ class Prepared:
     its valves pass nothing. ``standing``: bool, the motor moves by no more than a few counts: what
     sticks there is known to a count at best. ``led``: bool, there and where the motion or its
     targets are not known, and for LED_S after. ``renewed``: encoder readings without their hold.
+    ``residuals``: by link and bytes of parameters, to be read only.
     """
 
     name: str
@@ -69,6 +70,7 @@ class Prepared:
     led: np.ndarray
     judged: dict[str, np.ndarray] = field(default_factory=dict)
     cache: dict = field(default_factory=dict)
+    residuals: dict = field(default_factory=dict)
 
     @property
     def count(self) -> int:

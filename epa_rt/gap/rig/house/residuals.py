@@ -55,13 +55,8 @@ def _needed_current(bench: Bench) -> np.ndarray:
 
     def made() -> np.ndarray:
         out = np.empty(bench.prepared.count)
-        motor_link.balance_current(
-            bench.params,
-            *bench.motor(),
-            bench.spool(),
-            bench.warmth(),
-            bench.prepared.period_s,
-            out,
+        motor_link.current_for(
+            bench.params, bench.needed_torque(), bench.motor()[0], bench.warmth(), out
         )
         return out
 

@@ -33,10 +33,12 @@ from epa_rt.models.blocks.load import FIXED
 from epa_rt.models.catalogue import CATALOGUE, NOMINAL, knob
 from epa_rt.models.effect import Effect, Knob
 from epa_rt.models.knobs import write_knob
+from epa_rt.models.parameters import copied
 from epa_rt.models.parameters import effects as effect_rows
 from epa_rt.models.plant_file import PlantFile, load_plant, save_plant
 
 MOST_KEPT = 16  # sets of parameters
+MOST_RESIDUALS = 512  # of a recording, some twenty kilobytes each: fits ask for many again
 
 
 class HouseSubject(Plain):
@@ -94,7 +96,7 @@ class HouseSubject(Plain):
 
     def params(self, values: Values) -> np.ndarray:
         """A copy of the nominal plant's parameters with these values, shape (1,), PARAMS."""
-        found = self.plant.params.copy()
+        found = copied(self.plant.params)
         for key, value in values.items():
             write_knob(found, key, value)
         return found
@@ -120,9 +122,15 @@ class HouseSubject(Plain):
 
     def residual(self, prepared: Prepared, values: Values, link: str) -> np.ndarray:
         """As Subject.residual; KeyError for an unknown number or link."""
-        return at_rate(
-            RESIDUALS[link](Bench(prepared, self._params_once(values))), prepared.judged[link]
-        )
+        params = self._params_once(values)
+        key = link, params.tobytes()
+        found = prepared.residuals.get(key)
+        if found is None:
+            found = at_rate(RESIDUALS[link](Bench(prepared, params)), prepared.judged[link])
+            if len(prepared.residuals) >= MOST_RESIDUALS:
+                prepared.residuals.clear()
+            prepared.residuals[key] = found
+        return found
 
     def features(self, prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
         """As Subject.features: by the nominal plant, behind the residuals' low-pass."""
@@ -212,6 +220,7 @@ class HouseSubject(Plain):
             noise,
             seed,
             known.phase,
+            known.motions,
             self.roughly,
         )
 

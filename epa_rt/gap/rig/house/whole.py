@@ -10,6 +10,8 @@ from epa_rt.config.rig import Rig
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.house.channels import Channel
 from epa_rt.gap.rig.house.commands import lost_rows
+from epa_rt.gap.rig.house.motions import Motions, shown
+from epa_rt.models.parameters import PARAMS, copied
 from epa_rt.models.plant import new_state, run, run_roughly
 from epa_rt.models.ports import SENSORS
 
@@ -19,6 +21,8 @@ _EVEN = (
     0.6180339887498949,
     0.7548776662466927,
 )  # spread the places of steps evenly over seeds in a row, and over channels
+
+_NOISES = tuple(name for name in PARAMS["sensors"].names if "_noise_" in name)
 
 
 def on_grid(recording: Recording) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -67,6 +71,7 @@ def run_whole(
     noise: dict[str, float] | None,
     seed: int,
     hold_phase: int,
+    motions: Motions,
     roughly: bool = False,
 ) -> Recording:
     """A recording of the plant ``params`` (1,) under the sent ``commands`` (N,), from rest.
@@ -75,21 +80,33 @@ def run_whole(
     (None) neither. ``hold_phase``: row on which the encoder first renews. Where noise does not
     dither the steps, the steps lie at a place of chance, and the readings with them: the rounding
     of a rig whose motion differs by a fraction of a count is another one, and none of it may count
-    as known. ``roughly``: by the midpoint rule.
+    as known. ``motions``: of this recording, run so. ``roughly``: by the midpoint rule.
     """
-    place = place_of(recording)
-    params = params.copy()
-    for name in params["sensors"].dtype.names:
-        if "_noise_" in name:
-            params["sensors"][name] = 0.0
-    state = new_state(params)
-    state["cycle"] = -hold_phase % max(
-        int(params["sensors"]["encoder_hold_s"][0] / recording.period_s + 0.5), 1
-    )
-    readings = np.zeros(len(commands), SENSORS)
-    (run_roughly if roughly else run)(
-        params, state, commands, recording.period_s, substeps, readings
-    )
+    # of what has no gaps every row is its own place
+    place = place_of(recording) if len(commands) != recording.samples else slice(None)
+    params = copied(params)
+    for name in _NOISES:
+        params["sensors"][name] = 0.0
+
+    def started(plant: np.ndarray) -> np.ndarray:
+        state = new_state(plant)
+        hold = int(plant["sensors"]["encoder_hold_s"][0] / recording.period_s + 0.5)
+        state["cycle"] = -hold_phase % max(hold, 1)
+        return state
+
+    def ran(plant: np.ndarray) -> np.ndarray:
+        readings = np.zeros(len(commands), SENSORS)
+        (run_roughly if roughly else run)(
+            plant, started(plant), commands, recording.period_s, substeps, readings
+        )
+        return readings
+
+    motion = motions.of(params, ran)
+    if motion is None:
+        readings = ran(params)
+    else:
+        readings = np.zeros(len(commands), SENSORS)
+        shown(params, started(params), motion, recording.period_s, readings)
     made = dict(recording.columns)
     random = np.random.default_rng(seed)
     for i, (port, channel) in enumerate(channels.items()):

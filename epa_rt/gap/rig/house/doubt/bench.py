@@ -67,6 +67,8 @@ class Doubted(Bench):
             "line": LENGTH,
             "pressure": pressure,
             "force": (*pressure, "gas0", "gas1", "pull"),
+            "spool": tuple(self.errors),
+            "torque": tuple(self.errors),
             "current": tuple(self.errors),
             "late part": tuple(self.errors),
         }.get(name.rstrip("01"), ())
