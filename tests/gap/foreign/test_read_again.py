@@ -66,10 +66,10 @@ def test_a_staircase_is_no_motion():
 
 @pytest.fixture
 def twin(tmp_path):
-    """The subject, a recording of a shaft with 0.05 mrad of noise, and its twin in which the plant
+    """The subject, a recording of a shaft with 0.04 mrad of noise, and its twin in which the plant
     file's numbers hold.
     """
-    subject, log = opened(tmp_path, RIG, HANGS), swing(1, noise_rad=5e-5)
+    subject, log = opened(tmp_path, RIG, HANGS), swing(1, noise_rad=4e-5)
     return subject, log, subject.read_again(log, {}, 3)
 
 
@@ -111,7 +111,7 @@ def test_another_seed_is_another_noise_and_the_same_one_the_same(twin):
 
 
 def test_two_logs_are_read_with_two_noises(tmp_path):
-    subject, logs = opened(tmp_path, RIG, HANGS), [swing(seed, noise_rad=5e-5) for seed in (1, 2)]
+    subject, logs = opened(tmp_path, RIG, HANGS), [swing(seed, noise_rad=4e-5) for seed in (1, 2)]
     off = [
         subject.read_again(log, {}, 3).columns["arm_rad"] - without_noise(log.columns["arm_rad"])
         for log in logs
@@ -120,7 +120,7 @@ def test_two_logs_are_read_with_two_noises(tmp_path):
 
 
 def test_lost_rows_stay_lost(tmp_path):
-    subject, log = opened(tmp_path, RIG, HANGS), swing(1, noise_rad=5e-5)
+    subject, log = opened(tmp_path, RIG, HANGS), swing(1, noise_rad=4e-5)
     kept = np.flatnonzero(np.arange(log.samples) % 100 != 7)
     columns = {name: x[kept].copy() for name, x in log.columns.items()}
     columns["arm_rad"][50] = np.nan

@@ -44,7 +44,7 @@ def of(place_m, dry_n, left, hertz=LOWPASS_HZ, slow_m_s=1e-4, size_n=0.3, unsure
     signals = Signals(
         "log", RATE_HZ, LOWPASS_HZ, STRIDE, {"position": place_m}, {"position": np.ones_like(T_S)}
     )
-    moved = motion(place_m, RATE_HZ, 0.15, 0.0, 0.25, False)
+    moved = motion(place_m, place_m, RATE_HZ, 0.15, 0.0, 0.25, False)
     slow = np.abs(moved.speed_m_s) < slow_m_s
     dry, unsure = np.full(len(T_S), dry_n), unsure_n * np.ones_like(T_S)
     turning = Turning(moved, dry, unsure, hertz, slow, 0.0, 60.0)
@@ -112,7 +112,7 @@ def test_a_slope_is_exact_to_the_fourth_order(power):
 
 
 def test_friction_that_only_the_log_has_counts_as_that_of_the_plant_file():
-    sign = motion(PLACE_M, RATE_HZ, 0.15, 0.0, 0.25, False).sign[::STRIDE]
+    sign = motion(PLACE_M, PLACE_M, RATE_HZ, 0.15, 0.0, 0.25, False).sign[::STRIDE]
     known, unknown = of(PLACE_M, DRY_N, noise()), of(PLACE_M, 0.0, noise() + DRY_N * sign)
     assert unknown == pytest.approx(known, abs=0.05)
 

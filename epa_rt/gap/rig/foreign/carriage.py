@@ -52,15 +52,21 @@ class Prepared:
     turned_rad: np.ndarray
 
 
-def _motion(position_m: np.ndarray, filtered: bool, rate_hz: float, n: Numbers) -> Motion:
-    return motion(position_m, rate_hz, n["typical_speed"], n["middle"], n["stroke"], filtered)
+def _motion(
+    position_m: np.ndarray, read_m: np.ndarray, filtered: bool, rate_hz: float, n: Numbers
+) -> Motion:
+    return motion(
+        position_m, read_m, rate_hz, n["typical_speed"], n["middle"], n["stroke"], filtered
+    )
 
 
 def prepare(signals: Signals, numbers: Numbers) -> Prepared:
     """The drive's force as measured, N, and the motion of the low-passed position, m, m/s, m/s^2,
     (N,) each. Raises ValueError where ``lowpass`` does.
     """
-    base = _motion(*smoothed(signals, numbers), signals.rate_hz, numbers)
+    position_m, filtered = smoothed(signals, numbers)
+    read_m = signals.columns["position"]
+    base = _motion(position_m, read_m, filtered, signals.rate_hz, numbers)
     return Prepared(signals, signals.columns["force"], base, _turned_rad(base, numbers))
 
 
@@ -85,8 +91,8 @@ def needed_n(m: Motion, n: Numbers, laws: Sequence[Law] = LAWS) -> np.ndarray:
 
 
 def _but_cogging_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
-    inertia_n = n["carriage.inertia_kg"] * m.acceleration_m_s2
-    drag_n = n["friction.viscous_n_s_m"] * m.speed_m_s
+    inertia_n = n["carriage.inertia_kg"] * m.read_acceleration_m_s2
+    drag_n = n["friction.viscous_n_s_m"] * m.read_speed_m_s
     total = inertia_n + drag_n + kept(_beside_drag_n, m, n, laws)
     if n["drive.backlash_m"] != 0.0:
         total = total + kept(_through_gap_n, m, n, laws)
@@ -186,8 +192,8 @@ def _centred(m: Motion, n: Numbers, rate_hz: float) -> Motion:
     """The motion of a place that was read by an eccentric sensor."""
     sine, cosine = n["sensor.eccentric_sine_m"], n["sensor.eccentric_cosine_m"]
     turn = 2 * np.pi * m.position_m / n["sensor.eccentric_pitch_m"]
-    place_m = m.position_m - sine * np.sin(turn) - cosine * np.cos(turn)
-    return _motion(place_m, m.filtered, rate_hz, n)
+    wrong_m = sine * np.sin(turn) + cosine * np.cos(turn)
+    return _motion(m.position_m - wrong_m, m.read_m - wrong_m, m.filtered, rate_hz, n)
 
 
 def _through_drive(force_n: np.ndarray, signals: Signals, n: Numbers) -> np.ndarray:
@@ -413,7 +419,8 @@ EQUATIONS = (
     ),
     (
         "F = M a + B v + D + A sin(n turn + phase), D = laws of friction + (mu |M a| + A sin(n turn"
-        " + phase)) sgn(v), the numbers of either wave its own"
+        " + phase)) sgn(v), the numbers of either wave its own; M a and B v of the place as read,"
+        " by slopes of sixth order"
     ),
     (
         "with a backlash b: F -> F + r M (c - a) - f (B v + dry friction) - the rest of D, c what a"

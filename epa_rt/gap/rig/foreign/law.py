@@ -13,7 +13,7 @@ from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 import numpy as np
 
 from epa_rt.gap.rig.foreign.component import Numbers, Parameter, effect
-from epa_rt.gap.rig.foreign.signals import shifted, slope
+from epa_rt.gap.rig.foreign.signals import shifted, slope, slope_as_read
 from epa_rt.models.effect import Effect
 
 LINK = ("force",)
@@ -31,11 +31,18 @@ class Motion:
     """A sliding part's measured motion, (N,) each; ``place_ratio``: -1 to 1 over the stroke;
     ``filtered``: whether a low-pass has left nothing of it above a quarter of the rate. ``known``:
     what ``kept`` has of it, by what made it, the last first.
+
+    ``read_``: the position as it was read, and its slopes. What goes in proportion to them passes
+    the residual's low-pass alone, as the force does: a filter more would take from one what it
+    leaves of the other.
     """
 
     position_m: np.ndarray
     speed_m_s: np.ndarray
     acceleration_m_s2: np.ndarray
+    read_m: np.ndarray
+    read_speed_m_s: np.ndarray
+    read_acceleration_m_s2: np.ndarray
     sign: np.ndarray
     place_ratio: np.ndarray
     time_s: np.ndarray
@@ -125,19 +132,26 @@ class Law:
 
 def motion(
     position_m: np.ndarray,
+    read_m: np.ndarray,
     rate_hz: float,
     typical_speed_m_s: float,
     middle_m: float,
     stroke_m: float,
     filtered: bool,
 ) -> Motion:
-    """Speed, acceleration and direction of a position. ``filtered``: as ``Motion`` has it."""
+    """Speed, acceleration and direction of a position, low-passed and as it was ``read_m``.
+    ``filtered``: as ``Motion`` has it.
+    """
     speed = slope(position_m, rate_hz, filtered)
+    read_speed = slope_as_read(read_m, rate_hz)
     sign = _direction(speed, typical_speed_m_s)
     return Motion(
         position_m,
         speed,
         slope(speed, rate_hz, filtered),
+        read_m,
+        read_speed,
+        slope_as_read(read_speed, rate_hz),
         sign,
         (position_m - middle_m) / (0.5 * stroke_m),
         np.arange(len(speed)) / rate_hz,
@@ -156,6 +170,9 @@ def late(m: Motion, rows: float, typical_speed_m_s: float) -> Motion:
         position_m=shifted(m.position_m, rows),
         speed_m_s=speed,
         acceleration_m_s2=shifted(m.acceleration_m_s2, rows),
+        read_m=shifted(m.read_m, rows),
+        read_speed_m_s=shifted(m.read_speed_m_s, rows),
+        read_acceleration_m_s2=shifted(m.read_acceleration_m_s2, rows),
         sign=_direction(speed, typical_speed_m_s),
         place_ratio=shifted(m.place_ratio, rows),
     )
@@ -183,7 +200,14 @@ def sloped_otherwise(m: Motion) -> Motion:
     """
     rate_hz, filtered = 1.0 / m.period_s, not m.filtered
     speed = slope(m.position_m, rate_hz, filtered)
-    return replace(m, speed_m_s=speed, acceleration_m_s2=slope(speed, rate_hz, filtered))
+    read_speed = slope_as_read(m.read_m, rate_hz, 4)
+    return replace(
+        m,
+        speed_m_s=speed,
+        acceleration_m_s2=slope(speed, rate_hz, filtered),
+        read_speed_m_s=read_speed,
+        read_acceleration_m_s2=slope_as_read(read_speed, rate_hz, 4),
+    )
 
 
 def number(

@@ -27,8 +27,11 @@ from epa_rt.gap.subject import Link
 
 @dataclass(frozen=True)
 class Prepared:
+    """``over_pa``: pressure over the atmosphere, low-passed; ``read_pa``: as it was read."""
+
     signals: Signals
-    over_pa: np.ndarray  # filtered pressure over the atmosphere
+    over_pa: np.ndarray
+    read_pa: np.ndarray
     motion: Motion
 
 
@@ -39,15 +42,15 @@ def prepare(signals: Signals, numbers: Numbers) -> Prepared:
     position_m, filtered = smoothed(signals, numbers)
     moved = motion(
         position_m,
+        signals.columns["position"],
         signals.rate_hz,
         numbers["typical_speed"],
         numbers["middle"],
         numbers["stroke"],
         filtered,
     )
-    return Prepared(
-        signals, signals.lowpass(signals.columns["pressure"]) - numbers["atmosphere"], moved
-    )
+    read_pa = signals.columns["pressure"] - numbers["atmosphere"]
+    return Prepared(signals, signals.lowpass(read_pa), read_pa, moved)
 
 
 def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
@@ -61,7 +64,8 @@ def as_read(prepared: Prepared, numbers: Numbers) -> Prepared:
     if rows == 0.0:
         return prepared
     moved = kept(_late, prepared.motion, numbers, prepared.signals.rate_hz)
-    return replace(prepared, over_pa=shifted(prepared.over_pa, rows), motion=moved)
+    over_pa, read_pa = shifted(prepared.over_pa, rows), shifted(prepared.read_pa, rows)
+    return replace(prepared, over_pa=over_pa, read_pa=read_pa, motion=moved)
 
 
 def _late(m: Motion, n: Numbers, rate_hz: float) -> Motion:
@@ -70,13 +74,15 @@ def _late(m: Motion, n: Numbers, rate_hz: float) -> Motion:
 
 def predicted_n(prepared: Prepared, n: Numbers) -> np.ndarray:
     """Force at the rod of a motion, (N,), positive where it is pushed in."""
-    m, over = in_contact(prepared.motion, n), prepared.over_pa - n["sensor.zero_pa"]
+    m, slope = in_contact(prepared.motion, n), prepared.signals.slope
+    over, read = prepared.over_pa - n["sensor.zero_pa"], prepared.read_pa - n["sensor.zero_pa"]
     if n["gas.pressure_lag_s"] != 0.0:
-        over = over + n["gas.pressure_lag_s"] * prepared.signals.slope(over)
+        over = over + n["gas.pressure_lag_s"] * slope(over)
+        read = read + n["gas.pressure_lag_s"] * slope(read)
     area = n["piston.area_m2"] * (1.0 + n["piston.taper_ratio"] * m.place_ratio)
-    force = area * over + n["friction.viscous_n_s_m"] * m.speed_m_s + stray_force_n(m, n)
+    force = area * read + n["friction.viscous_n_s_m"] * m.read_speed_m_s + stray_force_n(m, n)
     if n["piston.mass_kg"] != 0.0:
-        force = force + n["piston.mass_kg"] * m.acceleration_m_s2
+        force = force + n["piston.mass_kg"] * m.read_acceleration_m_s2
     return force + n["friction.seal_ratio"] * n["piston.area_m2"] * over * m.sign
 
 
@@ -198,7 +204,10 @@ EQUATIONS = (
         "x and p: place and pressure as read, low-passed, x as that of a carriage; v, a, sgn(v) and"
         " X as of a carriage; over = p - atmosphere - z, over -> over + T dover/dt"
     ),
-    "F = A (1 + taper X) over + B v + M a + laws of friction + mu A over sgn(v)",
+    (
+        "F = A (1 + taper X) over + B v + M a + laws of friction + mu A over sgn(v); over in the"
+        " first, B v and M a as read"
+    ),
     "x, v, a, X and over at t - delay, by cubic interpolation; sgn(v) of that v",
     *REVERSALS,
     "residual = force - F, low-passed and thinned out to the rig file's rate",

@@ -44,7 +44,7 @@ REVERSALS = (
     ),
     (
         "between^2 = slopes^2 + held^2 + (J (1 - |sign|) / 2)^2 + (F / 1000)^2, behind the"
-        " low-pass: slopes of second and fourth order differ by the first"
+        " low-pass: slopes of second and fourth order, or fourth and sixth, differ by the first"
     ),
     (
         "held: a 24th of the output's second difference, for it may be held from row to row or"
@@ -178,7 +178,7 @@ def _beyond(signals: Signals, motion: Motion, left: np.ndarray) -> float:
     """Dry friction that the log shows beyond that of the plant file, in the residual's unit: what
     goes with the motion's direction beside place, speed and acceleration (least squares).
     """
-    shapes = (motion.sign, motion.position_m, motion.speed_m_s, motion.acceleration_m_s2)
+    shapes = (motion.sign, motion.position_m, motion.read_speed_m_s, motion.read_acceleration_m_s2)
     table = np.column_stack(
         [*(signals.lowpass(shape)[:: signals.stride] for shape in shapes), np.ones(len(left))]
     )
