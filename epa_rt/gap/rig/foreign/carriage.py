@@ -198,8 +198,8 @@ def _centred(m: Motion, n: Numbers, rate_hz: float) -> Motion:
 
 def _through_drive(force_n: np.ndarray, signals: Signals, n: Numbers) -> np.ndarray:
     """What the drive must be told for that force, as a force at its nominal gain."""
-    if n["drive.asymmetry_ratio"] != 0.0:
-        force_n = force_n + n["drive.asymmetry_ratio"] * np.abs(force_n)
+    if n["drive.asymmetry_ratio"] != 0.0:  # of what noise makes of the mass' own, no size is told
+        force_n = force_n + n["drive.asymmetry_ratio"] * np.abs(signals.lowpass(force_n))
     if n["drive.lag_s"] != 0.0:
         force_n = force_n + n["drive.lag_s"] * signals.slope(force_n)
     if n["drive.delay_s"] != 0.0 or n["clock.row_ratio"] != 0.0:
@@ -432,7 +432,7 @@ EQUATIONS = (
         " (x' - y')/T less that: a spring carries the load, exactly from row to row"
     ),
     (
-        "F -> F + d |F|, F -> F + T dF/dt, F(t) -> F(t + delay + row * period) by cubic"
+        "F -> F + d |F low-passed|, F -> F + T dF/dt, F(t) -> F(t + delay + row * period) by cubic"
         " interpolation, F -> F / gain: each where it is not neutral, in this order"
     ),
     *REVERSALS,
