@@ -90,7 +90,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     from epa_rt.cli.gap.fits import check_columns
     from epa_rt.gap.hygiene.check import check, clean
     from epa_rt.gap.rig.foreign.dead import check_dead
-    from epa_rt.gap.rig.foreign.noisy_place import check_noisy_place
+    from epa_rt.gap.rig.foreign.noisy_place import narrowed
     from epa_rt.gap.rig.foreign.pasted import as_runs
     from epa_rt.gap.rig.foreign.rests import check_rests
     from epa_rt.gap.rig.foreign.signs import check_signs
@@ -120,12 +120,9 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     cleaned = clean(recordings, findings)
     if rig is None:
         _refused(check_swaps(cleaned, subject))
-        findings = (
-            *findings,
-            *check_signs(cleaned, subject),
-            *check_rests(cleaned, subject),
-            *check_noisy_place(cleaned, subject),
-        )
+        findings = (*findings, *check_signs(cleaned, subject), *check_rests(cleaned, subject))
+        subject, loud = narrowed(subject, cleaned)
+        findings = (*findings, *loud)
     else:
         _refused(check_early(cleaned, subject))
         subject, counted = as_counted(subject, cleaned[:n])

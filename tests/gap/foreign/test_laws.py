@@ -293,7 +293,8 @@ def test_a_law_is_asked_again_where_any_number_that_it_has_read_is_another():
         asked.append(n["a"])
         return n["a"] * m.speed_m_s if n["a"] != 0.0 else n["b"] * m.speed_m_s
 
-    m = motion(np.linspace(0.0, 1.0, 20) ** 2, 100.0, 0.1, 0.0, 1.0, False)
+    place_m = np.linspace(0.0, 1.0, 20) ** 2
+    m = motion(place_m, place_m, 100.0, 0.1, 0.0, 1.0, False)
     for a, b, times in ((1.0, 0.0, 1), (1.0, 5.0, 1), (0.0, 5.0, 2), (0.0, 6.0, 3), (1.0, 7.0, 3)):
         n = {"a": a, "b": b}
         assert np.array_equal(kept(force_n, m, n), (a or b) * m.speed_m_s)

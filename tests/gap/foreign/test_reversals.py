@@ -14,10 +14,9 @@ from epa_rt.gap.likelihood.floor import floors, weight
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.rig.foreign.law import motion
-from epa_rt.gap.rig.foreign.noisy_place import check_noisy_place
+from epa_rt.gap.rig.foreign.noisy_place import LOUD, narrowed
 from epa_rt.gap.rig.foreign.reversals import Turning, row_variance
 from epa_rt.gap.rig.foreign.signals import Signals, slope
-from epa_rt.gap.rig.foreign.subject import ForeignSubject
 from tests.gap.foreign.carriages import STRANGER, opened
 
 RATE_HZ, LOWPASS_HZ, STRIDE = 1000.0, 40.0, 10
@@ -163,16 +162,26 @@ def test_a_motion_read_again_counts_as_the_recording_does(cart):
     assert not np.allclose(own, alone, atol=0.01)  # it has less noise, and is filtered less
 
 
-def test_a_place_too_coarse_for_the_low_pass_is_said_with_one_that_would_do(cart):
+def test_a_place_too_coarse_for_the_low_pass_has_a_narrower_one_and_that_is_said(cart):
     subject, logs = cart
     coarse = replace(CART, place_step_m=1e-4)
     log = coarse.driven("log", PLACE_M, np.random.default_rng(0), coulomb_n=DRY_N)
-    assert check_noisy_place(logs, subject) == []
-    (finding,) = check_noisy_place([log], subject)
-    assert "expected 3 N at most" in finding.says
-    hertz = float(finding.says.partition("lowpass of ")[2].split()[0])
-    lower = replace(subject.rig, lowpass_hz=hertz)
-    assert check_noisy_place([log], ForeignSubject(lower, subject.plant)) == []
+    assert narrowed(subject, logs) == (subject, [])
+    lower, (finding,) = narrowed(subject, [*logs, log])
+    assert finding.log == "log" and "expected 3 N at most" in finding.says
+    assert f"the low-pass is taken at {lower.lowpass_hz:.2g} Hz" in finding.says
+    assert lower.lowpass_hz < subject.lowpass_hz
+    turning = lower.turning(lower.prepare(log))
+    assert turning.mass_noise == pytest.approx(LOUD * turning.typical, rel=0.1)
+    assert [link.channel for link in lower.links] == [link.channel for link in subject.links]
+
+
+def test_where_no_row_would_be_judged_the_low_pass_stays(cart):
+    subject, _ = cart
+    coarse = replace(CART, place_step_m=1e-2)
+    log = coarse.driven("log", PLACE_M[:2000], np.random.default_rng(0), coulomb_n=DRY_N)
+    same, (finding,) = narrowed(subject, [log])
+    assert same is subject and "would leave no row to judge" in finding.says
 
 
 def test_a_healthy_rig_without_any_noise_has_no_gap(cart):
