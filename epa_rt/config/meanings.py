@@ -394,6 +394,7 @@ MEANINGS: dict[str, dict[str, str]] = {
         "scale": "factor",
         "scale_variable": "scalar of the MAT or NPZ file, another factor",
         "offset": "added, in the signal's unit",
+        "integral": "the column is the signal's speed, added up from 0 on",
         "file": "which of several files, a part of its name",
         "topic": "topic of an MCAP file or ROS bag",
         "stamp": "field with this topic's stamps; not given: the clock's",
