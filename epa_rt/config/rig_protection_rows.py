@@ -262,6 +262,18 @@ def _reach(rig: "Rig") -> Iterator[Breach]:
                 f"at most {BEYOND_SPEEDS:g} times what may be asked for,"
                 f" {shown(asked, row.si_unit)}",
             )
+    commanded = rig.row(motor.speed_target) if motor.speed_target else None
+    if commanded is not None and commanded.limits is not None:
+        widest = max(abs(end) for end in commanded.limits)
+        if widest > BEYOND_SPEEDS * motor.speed_max:
+            yield of_row(
+                rig,
+                commanded,
+                "limits",
+                shown(widest, commanded.si_unit),
+                f"at most {BEYOND_SPEEDS:g} times motor.speed_max,"
+                f" {shown(motor.speed_max, commanded.si_unit)}",
+            )
     i2t = rig.safety.i2t
     current = rig.row(i2t.current) if i2t is not None else None
     if i2t is not None and current is not None and current.limits is not None:
