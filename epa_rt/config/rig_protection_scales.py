@@ -66,6 +66,28 @@ def _scales(rig: "Rig") -> Iterator[Breach]:
         )
 
 
+def _drive_units(rig: "Rig") -> Iterator[Breach]:
+    """A drive says itself what its currents and torques are: mA, and permille of rated_torque."""
+    for row in rig.signals:
+        slave = slave_of(rig, row)
+        if slave.device != "EPOS4" or row.si_unit not in ("A", "N*m"):
+            continue
+        native = entry_of(rig, row).unit
+        if (native, row.si_unit) not in (("mA", "A"), ("permille", "N*m")):
+            continue
+        expected = 1.0 if native == "mA" else slave.rated_torque
+        found = 1e3 * abs(line_of(rig, row)[0])
+        if abs(found - expected) > SAME * expected:
+            means = "1 A" if native == "mA" else f"rated_torque, {shown(expected, 'N*m')}"
+            yield of_row(
+                rig,
+                row,
+                "calibration",
+                f"{shown(found, row.si_unit)} at 1000 {native} of {slave.name}",
+                means,
+            )
+
+
 def _zeros(rig: "Rig") -> Iterator[Breach]:
     motor = rig.motor
     if motor.position_target is None:
@@ -119,6 +141,11 @@ SCALE_RULES = (
         "scale",
         _scales,
         "travel, speed and their commands agree per turn of the motor, sign and size, to 1 %",
+    ),
+    Rule(
+        "drive_units",
+        _drive_units,
+        "currents of a drive are its mA, torques its permille of `rated_torque`, to 1 %",
     ),
     Rule("same_zero", _zeros, "travel and its command have one zero, to 1 % of the range"),
     Rule(
