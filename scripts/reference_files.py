@@ -13,6 +13,7 @@ from epa_rt.config.meanings import MEANINGS
 from epa_rt.config.operator_file import OperatorFile
 from epa_rt.config.queue import QueueFile
 from epa_rt.config.rig import Rig
+from epa_rt.config.rig_sensors import Sensors
 from epa_rt.config.zero_file import ZeroFile
 from epa_rt.control.valve_settings import ValveSettings
 from epa_rt.logs.importers.mapping import Mapping
@@ -241,6 +242,8 @@ def _quantity(value: float, unit: str) -> str:
 
 def _of_valves(key: str) -> tuple[Any, str]:
     """The default that holds where a rig file does not say it."""
+    if key == "vented":  # Rig.vented_pa
+        return Sensors().vented, "Pa"
     settings = ValveSettings()
     for name in ValveSettings.__dataclass_fields__:
         stem, _, unit = name.rpartition("_")

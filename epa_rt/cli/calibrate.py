@@ -97,7 +97,7 @@ def add_uncertainty_arguments(verb: argparse.ArgumentParser) -> None:
 def main(arguments: argparse.Namespace) -> int:
     from epa_rt.calibrate.calibration import as_file, calibrate
     from epa_rt.calibrate.point import CalibrationError
-    from epa_rt.cli.calibration_told import told
+    from epa_rt.cli.calibration_told import replaced_words, told
     from epa_rt.cli.write import check_writable, write_whole
     from epa_rt.cli.zero import now, who
 
@@ -112,7 +112,7 @@ def main(arguments: argparse.Namespace) -> int:
     check_writable(arguments.json, (".json",))
     check_writable(arguments.file, (".yaml", ".yml"))
     session = Session(arguments)
-    path, others = _place(arguments, session)  # before a point is taken in vain
+    path, former = _place(arguments, session)  # before a point is taken in vain
     try:
         points, source, code = session.points()
         if code != COMPLETED:
@@ -133,11 +133,15 @@ def main(arguments: argparse.Namespace) -> int:
         arguments.serial,
         session.method,
     )
+    replaced = next((each for each in former if each.signal == one.signal), None)
+    others = tuple(each for each in former if each is not replaced)
     _write(path, session, (*others, one))
     if arguments.json:
-        write_whole(arguments.json, json.dumps(told(found, one, path), indent=2) + "\n")
+        write_whole(arguments.json, json.dumps(told(found, one, path, replaced), indent=2) + "\n")
     if not is_screen(arguments.json):
         _print(found, one, session.rig, arguments.rig, path)
+        if replaced is not None:
+            print(filled(replaced_words(replaced, one)))
     _write_pages(arguments, found, one)
     return COMPLETED
 
@@ -318,7 +322,7 @@ def _quantity(
 def _place(
     arguments: argparse.Namespace, session: Session
 ) -> "tuple[Path, tuple[SignalCalibration, ...]]":
-    """The calibration file, and what it holds of other signals. Raises ConfigError, VerbError where
+    """The calibration file, and what it holds until now. Raises ConfigError, VerbError where
     it is no such file or cannot be written.
     """
     from epa_rt.cli.write import check_writable
@@ -331,7 +335,7 @@ def _place(
     if not path.exists():
         return path, ()
     _, before = read_calibrations(path, session.rig.name)
-    return path, tuple(one for one in before.signals if one.signal != session.row.name)
+    return path, before.signals
 
 
 def _write(path: Path, session: Session, signals: "tuple[SignalCalibration, ...]") -> None:

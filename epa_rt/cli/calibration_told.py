@@ -4,11 +4,14 @@ import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from epa_rt.config.units import plain, readable
+
 if TYPE_CHECKING:
     from epa_rt.calibrate.calibration import Calibration
     from epa_rt.config.calibration_file import SignalCalibration
 
 WIDTH = 79
+FINEST = 1e-6  # of the span of a calibration: what is finer is rounding, and no offset
 
 
 def lines(found: "Calibration", one: "SignalCalibration") -> list[str]:
@@ -53,8 +56,24 @@ def _wrapped(text: str) -> list[str]:
     return [text] if len(text) <= WIDTH else textwrap.wrap(text, WIDTH, subsequent_indent="    ")
 
 
-def told(found: "Calibration", one: "SignalCalibration", path: Path) -> dict[str, Any]:
-    """The result as plain data, SI and native units in the keys' stead as text."""
+def replaced_words(former: "SignalCalibration", one: "SignalCalibration") -> str:
+    """What a new line took the place of: gain and offset before and after, with their units."""
+    unit, step = one.si_unit, FINEST * (one.range[1] - one.range[0])
+    offsets = [readable(step * round(each.offset / step) + 0.0, unit) for each in (former, one)]
+    return (
+        f"it replaces the calibration of {former.when}:"
+        f" gain {plain(former.gain)} {unit}/{former.native} became"
+        f" {plain(one.gain)} {unit}/{one.native}, offset {offsets[0]} became"
+        f" {offsets[1]}; the former is not kept"
+    )
+
+
+def told(
+    found: "Calibration", one: "SignalCalibration", path: Path, replaced: "SignalCalibration | None"
+) -> dict[str, Any]:
+    """The result as plain data, SI and native units in the keys' stead as text. ``replaced``: what
+    stood in the file.
+    """
     line, f = found.line, found.findings
     return {
         "file": str(path),
@@ -77,4 +96,6 @@ def told(found: "Calibration", one: "SignalCalibration", path: Path) -> dict[str
         "repeatability": f.repeatability,
         "zero_drift": f.zero_drift,
         "remarks": list(found.remarks),
+        "replaced": replaced
+        and {"when": replaced.when, "gain": replaced.gain, "offset": replaced.offset},
     }

@@ -68,15 +68,13 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     from epa_rt.cli.progress import progress_shown
-    from epa_rt.cli.write import check_writable, write_whole
+    from epa_rt.cli.write import check_own, check_writable, write_whole
     from epa_rt.identify.report.terminal import console, show
 
-    for path, endings in (
-        (arguments.json, (".json",)),
-        (arguments.html, (".html", ".htm")),
-        (arguments.out, (".yaml", ".yml")),
-    ):
-        check_writable(path, endings)
+    check_writable(arguments.json, (".json",))
+    check_writable(arguments.html, (".html", ".htm"))
+    check_writable(arguments.out, (".yaml", ".yml"))
+    check_own(arguments.out, "epa identify")
     if arguments.model == "physical" and arguments.no_physical:
         raise VerbError("found --model physical beside --no-physical, expected one of them")
     with progress_shown(arguments.quiet) as progress:

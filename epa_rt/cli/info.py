@@ -73,7 +73,7 @@ def facts_of(path: Path, with_events: bool = False, check: bool = False) -> dict
             if ending
             else ("tripped", trips[0].text)
             if trips
-            else ("unknown", "")
+            else ("still being recorded" if log.is_being_recorded else "unknown", "")
         )
         facts = {
             "log": str(path),

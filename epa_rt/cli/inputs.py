@@ -145,11 +145,16 @@ def load_plant_of(rig: Path, typed: "Rig", plant: Path | None) -> "tuple[Located
     The rig's load is the one that it measures; where it measures none, the one of the plant that it
     names.
     """
-    from epa_rt.config.source import load_yaml
+    from epa_rt.config.source import ConfigError, load_yaml, named_file
     from epa_rt.models.plant_file import read_plant
 
     own = rig.parent / typed.plant
-    source = load_yaml(plant or own)
+    try:
+        source = load_yaml(plant or own)
+    except ConfigError:
+        if plant is None:
+            named_file(load_yaml(rig), ("plant",), own)
+        raise
     read = read_plant(source)
     kind, expected = _kind(read), _measured_kind(typed)
     if expected is None and plant is not None:

@@ -37,7 +37,8 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--outcome",
         default="",
-        help="that ended so: completed, stopped, tripped, failed, died, unknown, damaged, 'no log'",
+        help="that ended so: completed, stopped, tripped, failed, died, unknown, recording,"
+        " damaged, 'no log'",
     )
     verb.add_argument("--operator", default="", help="run by this person")
     verb.add_argument(

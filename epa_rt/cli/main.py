@@ -22,6 +22,7 @@ import os
 import sys
 from collections.abc import Sequence
 
+from epa_rt.cli.early import release_interrupts
 from epa_rt.cli.exits import BAD_INPUT, EPILOGUE, FAILED, STOPPED, VerbError
 from epa_rt.cli.outputs import answer_alone
 from epa_rt.cli.parser import EpaParser, summary
@@ -96,6 +97,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         argcomplete.autocomplete(everything)
     chosen = everything.parse_args(arguments)
     try:
+        release_interrupts()
         with answer_alone(vars(chosen).get("json")):
             code = chosen.main(chosen)
         sys.stdout.flush()  # what a full disk refuses shows here and not as the interpreter ends

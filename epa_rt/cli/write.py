@@ -2,12 +2,14 @@
 one or the new one.
 """
 
+import itertools
 import os
 import tempfile
 from pathlib import Path
 
 from epa_rt.cli.exits import FAILED, VerbError
 from epa_rt.cli.outputs import is_screen, keep_answer
+from epa_rt.config.kinds import named
 
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -48,6 +50,24 @@ def _refuse_log(path: Path) -> None:
     with path.open("rb") as file:
         if file.read(len(MAGIC)) == MAGIC:
             raise VerbError(f"{path}: found a log, expected another name (no log is overwritten)")
+
+
+def _is_of(path: Path, verb: str) -> bool:
+    """Whether the comment that a file begins with says "by 'VERB'"; an empty file is nobody's."""
+    with path.open(encoding="utf-8", errors="replace") as file:
+        head = list(itertools.takewhile(lambda line: line.startswith("#"), file))
+    return not path.stat().st_size or any(f"by '{verb}'" in line for line in head)
+
+
+def check_own(path: Path | None, verb: str) -> None:
+    """Raises VerbError where a file is there whose head does not name the verb as its writer: rig
+    and plant files of other hands are not written over.
+    """
+    if path is not None and path.is_file() and not _is_of(path, verb):
+        found = named(path) or "a file"
+        raise VerbError(
+            f"{path}: found {found} that {verb} did not write, expected a name that is free"
+        )
 
 
 def check_writable(path: Path | None, endings: tuple[str, ...]) -> None:

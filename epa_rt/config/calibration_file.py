@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, fie
 
 from epa_rt.config.fields import Frozen, Name, written
 from epa_rt.config.rig_rows import si_unit_of
-from epa_rt.config.source import Located, load_yaml, parse_yaml, validate
+from epa_rt.config.source import Located, load_yaml, named_file, parse_yaml, validate
 from epa_rt.config.units import UnitError, parse_quantity, unit, with_unit
 from epa_rt.config.whole_file import write_synced
 
@@ -327,7 +327,8 @@ def self_contained(rig: Located) -> Located:
     for i, name in enumerate(names):
         if not name.endswith((".yaml", ".yml")):
             raise rig.error(("calibrations", i), f"'{name}'", "a file that ends in .yaml")
-        located, file = read_calibrations(rig.path.parent / name, str(rig_name))
+        beside = named_file(rig, ("calibrations", i), rig.path.parent / name)
+        located, file = read_calibrations(beside, str(rig_name))
         for j, one in enumerate(file.signals):
             if one.signal in seen:
                 raise located.error(

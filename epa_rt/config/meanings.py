@@ -187,7 +187,7 @@ MEANINGS: dict[str, dict[str, str]] = {
         "drift": "change in hold that is reported",
         "max_pulses": "valve openings per set",
         "supply": "pressure of the regulator",
-        "vented": "above the atmosphere: counts as vented",
+        "vented": "above the atmosphere: counts as vented; not given: that of `sensors`",
     },
     "MuscleLaw": {
         "braid_length": "length b of a thread of the braid",

@@ -540,6 +540,13 @@ class Rig(Frozen):
         """The row of a signal. Raises KeyError."""
         return self._rows[name]
 
+    def vented_pa(self, muscle: Muscle) -> float:
+        """Up to which Pa gauge a muscle counts as vented: its valves' own number, else what
+        bring-up takes a vented muscle's sensor to read at most.
+        """
+        own: float | None = muscle.valves.vented
+        return self.safety.sensors.vented if own is None else own
+
     @cached_property
     def _rows(self) -> dict[str, SignalRow]:
         return {row.name: row for row in self.signals}

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from epa_rt.config.rig_row_checks import reading_line
 
 if TYPE_CHECKING:
-    from epa_rt.config.rig import Rig
+    from epa_rt.config.rig import Rig, Zero
 
 INDEX_AT_NEGATIVE, INDEX_AT_POSITIVE, HERE = 33, 34, 37  # 0x6098
+RETREAT_SHARE = 0.1  # of distance_max: between two approaches, beyond backlash and overshoot
 RAMP_S = 0.1  # from rest to the homing speed, as the other methods take it
 BRAKE_FACTOR = 2.0  # of the ramp's own braking distance: a speed loop overshoots
 LATE_S = 0.020  # the longest that a drive takes to heed a pulse or a word
@@ -47,6 +48,12 @@ class IndexWay(NamedTuple):
     longest_s: float
     confirm_s: float  # from the count set to bit 15
     home: float
+
+
+def room_behind(rig: "Rig", zero: "Zero") -> float:
+    """From the place of zero back to the limit of travel that an approach comes from, in SI."""
+    low, high = rig.row(rig.motor.position).limits or (-math.inf, math.inf)
+    return high - zero.at if zero.direction == "decreasing" else zero.at - low
 
 
 def homing_here(rig: "Rig") -> HomingOptions:

@@ -33,6 +33,8 @@ WATCHED_UNITS = {
     "m": "travel",
     "rad": "travel",
 }
+# of what a sensor shows; limits that fill less: another unit, or nothing is resolved there
+LEAST_OF_RANGE = 0.1
 # a travel limit further out than the whole range that may be asked for stops nothing in time
 BEYOND_RANGES = 1.0
 # a speed limit above this multiple of what may be asked for is reached by a runaway alone
@@ -75,6 +77,26 @@ def _within_sensor(rig: "Rig") -> Iterator[Breach]:
                 f"limits of {range_shown(row.limits, row.si_unit)}",
                 "limits within what calibration, terminal and 'valid' let it show,"
                 f" {range_shown((ends[0], ends[1]), row.si_unit)}",
+            )
+
+
+def _of_range(rig: "Rig") -> Iterator[Breach]:
+    """A calibration in a unit a thousand times too large shows a whole fill as a breath."""
+    for row in _watched(rig):
+        if row.limits is None or not has_toggle(rig, row):
+            continue
+        if unit(entry_of(rig, row).unit)[1] == _COUNT:
+            continue  # a counter counts on far beyond what it is used for
+        slope, intercept = line_of(rig, row)
+        low, high = sorted(slope * native + intercept for native in native_range(rig, row))
+        if row.limits[1] - row.limits[0] < LEAST_OF_RANGE * (high - low):
+            yield of_row(
+                rig,
+                row,
+                "limits",
+                f"limits of {range_shown(row.limits, row.si_unit)} on a sensor that shows"
+                f" {range_shown((low, high), row.si_unit)}",
+                "limits over a tenth of that at least: is the unit of its calibration right?",
             )
 
 
@@ -262,6 +284,18 @@ def _reach(rig: "Rig") -> Iterator[Breach]:
                 f"at most {BEYOND_SPEEDS:g} times what may be asked for,"
                 f" {shown(asked, row.si_unit)}",
             )
+    commanded = rig.row(motor.speed_target) if motor.speed_target else None
+    if commanded is not None and commanded.limits is not None:
+        widest = max(abs(end) for end in commanded.limits)
+        if widest > BEYOND_SPEEDS * motor.speed_max:
+            yield of_row(
+                rig,
+                commanded,
+                "limits",
+                shown(widest, commanded.si_unit),
+                f"at most {BEYOND_SPEEDS:g} times motor.speed_max,"
+                f" {shown(motor.speed_max, commanded.si_unit)}",
+            )
     i2t = rig.safety.i2t
     current = rig.row(i2t.current) if i2t is not None else None
     if i2t is not None and current is not None and current.limits is not None:
@@ -329,6 +363,11 @@ ROW_RULES = (
         "within_sensor",
         _within_sensor,
         "limits lie within what calibration, terminal and `valid` can show",
+    ),
+    Rule(
+        "range_used",
+        _of_range,
+        "limits of an analog input fill at least a tenth of what it can show",
     ),
     Rule(
         "at_rest",

@@ -8,6 +8,7 @@ from epa_rt.config.rig_checks import conversion_of, entries_of
 from epa_rt.config.rig_row_checks import reading_line
 from epa_rt.config.rig_rows import SignalRow, native_pair
 from epa_rt.config.source import Location
+from epa_rt.config.units import readable, readable_range
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig, Slave
@@ -80,12 +81,13 @@ def native_range(rig: "Rig", row: SignalRow) -> tuple[float, float]:
 
 
 def shown(value: float, si_unit: str) -> str:
-    """A value in a sentence: '0.031 m', '901.325 kPa abs'."""
-    if si_unit == "Pa":
-        return f"{value / 1e3:.6g} kPa abs"
-    return f"{value:.4g}" if si_unit == "1" else f"{value:.4g} {si_unit}"
+    """A value in a sentence: '31 mm', '901.325 kPa abs'."""
+    return readable(value, _ABSOLUTE.get(si_unit, si_unit))
 
 
 def range_shown(ends: tuple[float, float], si_unit: str) -> str:
     """Two ends in a sentence."""
-    return f"{shown(ends[0], si_unit)} to {shown(ends[1], si_unit)}"
+    return readable_range(ends, _ABSOLUTE.get(si_unit, si_unit))
+
+
+_ABSOLUTE = {"Pa": "Pa abs"}

@@ -2,8 +2,9 @@
 
 from typing import TYPE_CHECKING
 
-from epa_rt.config.rig_homing import index_way
+from epa_rt.config.rig_homing import RETREAT_SHARE, index_way, room_behind
 from epa_rt.config.source import Located
+from epa_rt.config.units import readable, readable_range
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -25,17 +26,22 @@ def check_zero(rig: "Rig", located: Located) -> None:
             raise located.error(
                 _WHERE, f"method {zero.method} without '{field}'", ", ".join(NEEDS[zero.method])
             )
-    low, high = rig.row(rig.motor.position).limits or (-float("inf"), float("inf"))
-    if not low <= zero.at <= high:
+    row = rig.row(rig.motor.position)
+    limits = row.limits or (-float("inf"), float("inf"))
+    if not limits[0] <= zero.at <= limits[1]:
         raise located.error(
-            (*_WHERE, "at"), f"{zero.at:g}", f"a place within [{low:g}, {high:g}], its limits"
+            (*_WHERE, "at"),
+            readable(zero.at, row.si_unit),
+            f"a place within {readable_range(limits, row.si_unit)}, the limits of {row.name}",
         )
     if zero.speed is not None and not 0.0 < zero.speed <= rig.motor.speed_max:
         raise located.error(
-            (*_WHERE, "speed"), f"{zero.speed:g}", f"above 0 and at most {rig.motor.speed_max:g}"
+            (*_WHERE, "speed"),
+            readable(zero.speed, f"{row.si_unit}/s"),
+            f"above 0 and at most speed_max, {readable(rig.motor.speed_max, f'{row.si_unit}/s')}",
         )
-    if zero.distance_max is not None and not zero.distance_max > 0.0:
-        raise located.error((*_WHERE, "distance_max"), f"{zero.distance_max:g}", "above 0")
+    _check_distance(rig, located)
+    _check_felt(rig, located)
     if zero.method in ("stop", "index") and rig.motor.current is None:
         raise located.error(
             (*_WHERE, "method"),
@@ -46,6 +52,48 @@ def check_zero(rig: "Rig", located: Located) -> None:
         _check_index(rig, located)
     if zero.method == "taut_strap":
         _check_strap(rig, located)
+
+
+def _check_distance(rig: "Rig", located: Located) -> None:
+    """A search no longer than all of the travel, and room to let go behind the place of zero."""
+    zero, row = rig.motor.zero, rig.row(rig.motor.position)
+    if zero.distance_max is None:
+        return
+    where, found = (*_WHERE, "distance_max"), readable(zero.distance_max, row.si_unit)
+    if not zero.distance_max > 0.0:
+        raise located.error(where, found, f"above 0 {row.si_unit}")
+    if row.limits is None:
+        return
+    span = row.limits[1] - row.limits[0]
+    if zero.distance_max > span:
+        raise located.error(
+            where,
+            found,
+            f"at most {readable(span, row.si_unit)}, from limit to limit of {row.name}",
+        )
+    back, room = RETREAT_SHARE * zero.distance_max, room_behind(rig, zero)
+    if zero.method in ("stop", "taut_strap") and back > room:
+        raise located.error(
+            (*_WHERE, "at"),
+            f"{readable(room, row.si_unit)} between it and the limit of {row.name} behind it",
+            f"at least {readable(back, row.si_unit)}, a tenth of distance_max, by which the motor"
+            " goes back between two touches",
+        )
+
+
+def _check_felt(rig: "Rig", located: Located) -> None:
+    """What a touch is felt by comes before the limit that trips."""
+    zero = rig.motor.zero
+    currents = (rig.motor.current,) if rig.motor.current is not None else ()
+    forces = tuple(row.name for row in rig.inputs if row.si_unit == "N")
+    for key, value, names in (("force", zero.force, forces), ("current", zero.current, currents)):
+        for row in map(rig.row, names):
+            if value is not None and row.limits is not None and not value < row.limits[1]:
+                raise located.error(
+                    (*_WHERE, key),
+                    readable(value, row.si_unit),
+                    f"below {readable(row.limits[1], row.si_unit)}, where {row.name} trips",
+                )
 
 
 def _check_index(rig: "Rig", located: Located) -> None:
@@ -75,22 +123,27 @@ def _check_index(rig: "Rig", located: Located) -> None:
             "method index without 'force' on a rig that measures one",
             "direction, speed, current, force",
         )
-    way = index_way(rig)
+    way, unit = index_way(rig), rig.row(motor.position).si_unit
     if not way.speed > 0.0:
-        raise located.error((*_WHERE, "speed"), f"{zero.speed:g}", "at least one rpm of the motor")
+        raise located.error(
+            (*_WHERE, "speed"),
+            readable(zero.speed or 0.0, f"{unit}/s"),
+            "at least one rpm of the motor",
+        )
     if way.landing > 0.5 * way.turn:
         raise located.error(
             (*_WHERE, "speed"),
-            f"{zero.speed:g}, at which the drive needs {way.landing:.3g} to stop",
-            f"one at which it stops within half a motor turn, {0.5 * way.turn:.3g}",
+            f"{readable(zero.speed or 0.0, f'{unit}/s')}, at which the drive needs"
+            f" {readable(way.landing, unit)} to stop",
+            f"one at which it stops within half a motor turn, {readable(0.5 * way.turn, unit)}",
         )
     low, high = rig.row(motor.position).limits or (-float("inf"), float("inf"))
     if way.most > high - low:
         raise located.error(
             (*_WHERE, "method"),
-            f"'index' that may move by {way.most:.3g}",
-            f"room for it within the limits of {motor.position} ({high - low:.3g}), or a"
-            " distance_max",
+            f"'index' that may move by {readable(way.most, unit)}",
+            f"room for it within the limits of {motor.position}"
+            f" ({readable(high - low, unit)}), or a distance_max",
         )
 
 
@@ -108,6 +161,6 @@ def _check_strap(rig: "Rig", located: Located) -> None:
     if zero.pressure is not None and zero.pressure >= muscle.pressure_max:
         raise located.error(
             (*_WHERE, "pressure"),
-            f"{zero.pressure / 1e3:g} kPa abs",
-            f"below {muscle.pressure_max / 1e3:g} kPa abs, pressure_max of {muscle.name}",
+            readable(zero.pressure, "Pa abs"),
+            f"below {readable(muscle.pressure_max, 'Pa abs')}, pressure_max of {muscle.name}",
         )

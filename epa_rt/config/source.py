@@ -5,12 +5,12 @@ expected.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import yaml
 
 from epa_rt.config.kinds import MAGIC_BYTES, named_by_magic
-from epa_rt.config.near_names import did_you_mean
+from epa_rt.config.near_names import did_you_mean, nearest
 
 Location = tuple[str | int, ...]
 
@@ -131,6 +131,21 @@ def load_yaml(path: Path | str) -> Located:
     return parse_yaml(text.replace("\r\n", "\n").replace("\r", "\n"), path)
 
 
+def named_file(located: Located, where: Location, path: Path) -> Path:
+    """The path of a file that another names. Raises ConfigError at the place that names it where no
+    such file is there.
+    """
+    try:
+        path.stat()
+    except FileNotFoundError:
+        raise located.error(
+            where, f"no such file as {path}", f"one that is there{did_you_mean(path)}"
+        ) from None
+    except (OSError, ValueError):
+        pass  # whoever opens it says what is wrong with the name
+    return path
+
+
 def parse_yaml(text: str, path: Path | str) -> Located:
     """As load_yaml, from text that came from ``path`` (a log's attachment, say)."""
     path = Path(path)
@@ -232,7 +247,7 @@ def validate(located: Located, model: type[T], context: Mapping[str, Any] | None
     try:
         return model.model_validate(located.data, context=dict(context or {}))
     except pydantic.ValidationError as error:
-        raise _first_error(located, error) from None
+        raise _first_error(located, error, model) from None
 
 
 _KINDS = {
@@ -252,7 +267,7 @@ _LEADS = {
 }
 
 
-def _first_error(located: Located, error: Any) -> ConfigError:
+def _first_error(located: Located, error: Any, model: Any) -> ConfigError:
     problems = error.errors(include_url=False)
     # a misspelt key also leaves the right one missing: name the misspelling, it is what the user
     # wrote
@@ -263,8 +278,11 @@ def _first_error(located: Located, error: Any) -> ConfigError:
         problem.get("ctx", {}),
     )
     if kind == "extra_forbidden":
+        key = str(problem["loc"][-1])
+        near = nearest(key, _keys_at(model, problem["loc"][:-1]))
+        meant = f"; did you mean '{near}'?" if near else ""
         return located.error(
-            where, f"an unknown key '{problem['loc'][-1]}'", "only keys that the schema knows"
+            where, f"an unknown key '{key}'", f"only keys that the schema knows{meant}"
         )
     if kind == "missing":
         return located.error(where, "nothing", f"the key '{problem['loc'][-1]}'")
@@ -282,6 +300,24 @@ def _first_error(located: Located, error: Any) -> ConfigError:
     return located.error(
         where, _shown(problem.get("input")), _KINDS.get(kind) or _expected(message)
     )
+
+
+def _keys_at(model: Any, location: tuple) -> set[str]:
+    """The keys that a section at a pydantic location may have; where a union has several kinds of
+    it, those of all.
+    """
+    sections = [model]
+    for part in location:
+        fields = [one.model_fields[part] for one in sections if part in one.model_fields]
+        if fields:  # else it is a place in a list, or the name of a union's member
+            sections = [one for field in fields for one in _sections_in(field.annotation)]
+    return {key for one in sections for key in one.model_fields}
+
+
+def _sections_in(annotation: Any) -> list[Any]:
+    if hasattr(annotation, "model_fields"):
+        return [annotation]
+    return [one for part in get_args(annotation) for one in _sections_in(part)]
 
 
 def _expected(message: str) -> str:

@@ -7,6 +7,7 @@ is not a difference ends in ``gauge`` or ``abs``.
 
 import math
 import re
+from decimal import Decimal
 from functools import lru_cache
 
 Dimension = tuple[int, ...]  # exponents of m, kg, s, A, K, rad, count
@@ -17,6 +18,44 @@ NONE: Dimension = (0,) * len(_BASES)
 
 def _dim(**exponents: int) -> Dimension:
     return tuple(exponents.get(base, 0) for base in _BASES)
+
+
+# SI unit: what a person reads it in, from which size in SI on, finest first
+_READ_IN: dict[str, tuple[tuple[str, float, float], ...]] = {
+    "m": (("mm", 1e3, 0.0), ("m", 1.0, 1.0)),
+    "rad": (("deg", 180 / math.pi, 0.0),),
+    "s": (("ms", 1e3, 0.0), ("s", 1.0, 1.0)),
+    "N": (("N", 1.0, 0.0), ("kN", 1e-3, 1e4)),
+    "Pa": (("kPa", 1e-3, 0.0), ("MPa", 1e-6, 1e7)),
+}
+
+
+def plain(value: float, digits: int = 6) -> str:
+    """A number to so many digits, without an exponent: '40000', '0.00002'."""
+    text = f"{value:.{digits}g}"
+    return f"{Decimal(text):f}" if "e" in text else text
+
+
+def readable(value: float, si_unit: str) -> str:
+    """A value in SI as a person reads it: '31 mm', '40 kN', '2000 kPa abs' of 'Pa abs'."""
+    factor, unit_text = _read_in(abs(value), si_unit)
+    return with_unit(plain(factor * value), unit_text)
+
+
+def readable_range(ends: tuple[float, float], si_unit: str) -> str:
+    """Two ends in SI, in one unit: '-10 to 31 mm'."""
+    factor, unit_text = _read_in(max(map(abs, ends)), si_unit)
+    low, high = (plain(factor * end) for end in ends)
+    return with_unit(f"{low} to {high}", unit_text)
+
+
+def _read_in(size: float, si_unit: str) -> tuple[float, str]:
+    """How many of the unit make one SI unit, and its name with what the SI unit ends in."""
+    base = re.split(r"[ /]", si_unit, maxsplit=1)[0]
+    for name, factor, least in reversed(_READ_IN.get(base, ())):
+        if size >= least:
+            return factor, name + si_unit[len(base) :]
+    return 1.0, si_unit
 
 
 def with_unit(number: str, si_unit: str) -> str:

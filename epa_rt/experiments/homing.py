@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 
 from epa_rt.config.rig import Rig, Zero
+from epa_rt.config.rig_homing import RETREAT_SHARE, room_behind
 from epa_rt.experiments.experiment import ValveOrder
 from epa_rt.experiments.speed_plan import SpeedPlan
 from epa_rt.experiments.valve_crew import Valve
 
-RETREAT_SHARE = 0.1  # of distance_max: between two approaches, beyond backlash and overshoot
 LET_GO_SHARE = 0.5  # of the force or current threshold: below it the touch is over
 FELT_S = 0.02  # filter of force and current: some conversions of noise, 40 um of lag at 2 mm/s
 STARTING_S = 0.2  # the current of acceleration is over by then (speed_plan.RAMP_S)
@@ -27,7 +27,8 @@ class Homing(SpeedPlan):
     """Touches ``approaches`` times from the same side and goes to the mean of the touches (SI).
 
     ``touches``: travel at each touch. ``place``: where the zero belongs, once known. ``scatter``:
-    largest less smallest touch. All in the count's present coordinate, which may have no zero.
+    largest less smallest touch. Between touches it stays within the travel limits, as a touch says
+    where they are. All in the count's present coordinate, which may have no zero.
     """
 
     phase_names = ("fill", "retreat", "approach", "return", "vent")
@@ -43,7 +44,8 @@ class Homing(SpeedPlan):
         self._threshold = (zero.force if is_strap else zero.current) or 0.0
         self._direction = -1.0 if zero.direction == "decreasing" else 1.0
         self._distance_max = zero.distance_max or 0.0
-        self._retreat = RETREAT_SHARE * self._distance_max
+        self._room = room_behind(rig, zero)  # behind a touch, where the zero is
+        self._retreat = min(RETREAT_SHARE * self._distance_max, self._room)
         self._share = rig.period_s / (FELT_S + rig.period_s)
         self._filtered = 0.0
         self._starting_cycles = round(STARTING_S / rig.period_s)
@@ -109,16 +111,18 @@ class Homing(SpeedPlan):
     def _retreat_step(self, cycle: int) -> None:
         self._wanted = -self._direction * homing_speed(self._rig)
         gone = abs(self.travel - self._from)
+        most = min(self._distance_max, self._room) if self.touches else self._distance_max
         if gone >= self._retreat and not self._touched(LET_GO_SHARE):
             self._wanted = 0.0
             if len(self.touches) < self._zero.approaches:
                 self._enter(APPROACH, cycle)
             elif self.arrived:
                 self._return(cycle)
-        elif gone > self._distance_max:
+        elif gone > most:
             self._fail(
-                f"{self._felt} does not fall below {LET_GO_SHARE * self._threshold:g} within"
-                f" {1e3 * self._distance_max:g} mm: wrong direction, or the sensor stands",
+                f"{self._felt} does not fall below {LET_GO_SHARE * self._threshold:g}"
+                f" {'N' if self._fills else 'A'} within {1e3 * most:g} mm: wrong"
+                " direction, or the sensor stands",
                 cycle,
             )
 

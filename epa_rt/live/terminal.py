@@ -8,10 +8,11 @@ import signal
 from collections.abc import Callable
 from typing import ClassVar
 
+from textual import events as terminal_events
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
-from textual.widgets import Footer, Input, Static
+from textual.widgets import Footer, Static
 
 from epa_rt.live.attach import Attached, Over
 from epa_rt.live.panels import events, head, health, muscles, plot, plots, verdict
@@ -20,11 +21,15 @@ from epa_rt.logs.feed.wire import LONGEST_TEXT, MARK, STOP, STOP_AT_ONCE
 
 REFRESH_S = 0.2
 _WHO = "the terminal view"
+_CLOSE_KEYS = ("ctrl+c", "ctrl+q")  # these close the view from within a note too
 
 
 class LiveView(App[None]):
     """The view of one attached run. ``stays_s``: how long after the run's end it closes by itself;
     None where it does not.
+
+    A note takes every key behind ``n`` before anything else sees it, so no burst of keys stops a
+    run.
     """
 
     CSS = """
@@ -36,7 +41,7 @@ class LiveView(App[None]):
     #health { height: 2; }
     #verdict { height: auto; max-height: 12; display: none; }
     #events { height: 1fr; min-height: 3; }
-    #note { display: none; height: 1; border: none; }
+    #note { display: none; height: 1; }
     """
     ENABLE_COMMAND_PALETTE = False
     AUTO_FOCUS = None
@@ -44,10 +49,10 @@ class LiveView(App[None]):
         Binding("s", "stop", "stop"),
         Binding("S", "stop_at_once", "stop at once"),
         Binding("m", "mark", "mark"),
-        Binding("n", "note", "note"),
+        # priority: done before the next key is looked at
+        Binding("n", "note", "note", priority=True),
         Binding("q", "quit", "close view"),
         Binding("ctrl+c", "quit", "close view", show=False, priority=True),
-        Binding("escape", "leave_note", "", show=False),
     ]
 
     def __init__(self, attached: Attached, stays_s: float | None = None, words: str = "") -> None:
@@ -56,6 +61,7 @@ class LiveView(App[None]):
         self._attached, self._stays_s, self._words = attached, stays_s, words
         self._plots = plots(self.run_seen)
         self._marks = 0
+        self._note: str | None = None  # what is typed of a note; None where none is
         self._asked: list[str] = []  # requests that are not answered yet
 
     def compose(self) -> ComposeResult:
@@ -67,7 +73,7 @@ class LiveView(App[None]):
         yield Static(id="health")
         yield Static(id="verdict")
         yield Static(id="events")
-        yield Input(id="note", placeholder="note, then Enter", max_length=LONGEST_TEXT)
+        yield Static(id="note", markup=False)
         yield Footer(show_command_palette=False)
 
     def on_mount(self) -> None:
@@ -114,19 +120,47 @@ class LiveView(App[None]):
 
     def action_note(self) -> None:
         """Open the line for a note; it becomes a mark when it is entered."""
-        note = self.query_one("#note", Input)
-        note.display = True
-        note.focus()
+        self._write_note("")
 
-    def action_leave_note(self) -> None:
-        note = self.query_one("#note", Input)
-        note.value, note.display = "", False
-        self.set_focus(None)
+    async def on_event(self, event: terminal_events.Event) -> None:
+        """Text of a note goes to the note alone, whatever else its letters mean."""
+        is_typed = isinstance(event, (terminal_events.Key, terminal_events.Paste))
+        if self._note is None or not is_typed or event.is_forwarded:
+            await super().on_event(event)
+        elif isinstance(event, terminal_events.Paste):
+            self._add_to_note(event.text)
+        elif event.key in _CLOSE_KEYS:
+            await super().on_event(event)
+        else:
+            self._note_key(event)
 
-    def on_input_submitted(self, event: Input.Submitted) -> None:
-        if event.value.strip():
-            self._ask(MARK, event.value.strip())
-        self.action_leave_note()
+    def _note_key(self, event: terminal_events.Key) -> None:
+        note = self._note or ""
+        if event.key == "enter":
+            self._write_note(None)
+            if note.strip():
+                self._ask(MARK, note.strip())
+        elif event.key == "escape":
+            self._write_note(None)
+        elif event.key == "backspace":
+            self._write_note(note[:-1])
+        elif event.character is not None and event.is_printable:
+            self._add_to_note(event.character)
+
+    def _add_to_note(self, text: str) -> None:
+        """The text on one line, as far as a mark can hold it."""
+        whole = (self._note or "") + "".join(c if c.isprintable() else " " for c in text)
+        if (over := len(whole) - LONGEST_TEXT) > 0:
+            words = f"a note holds {LONGEST_TEXT} characters: the last {over} are left out"
+            self.notify(words, severity="warning")
+        self._write_note(whole[:LONGEST_TEXT])
+
+    def _write_note(self, note: str | None) -> None:
+        self._note = note
+        self.query_one("#note", Static).display = note is not None
+        if note is not None:
+            room = max(self.size.width, 20) - len("note: _")
+            self._update("note", f"note: {note[-room:]}_" if note else "note, then Enter: _")
 
     def _update(self, part: str, content: object) -> None:
         self.query_one(f"#{part}", Static).update(content)  # type: ignore[arg-type]

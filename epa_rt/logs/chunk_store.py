@@ -14,6 +14,7 @@ from mcap.writer import MCAP0_MAGIC
 from epa_rt.config.kinds import named
 from epa_rt.config.near_names import did_you_mean
 from epa_rt.logs.file_end import data_section_damage, end_damage
+from epa_rt.logs.held import is_held
 from epa_rt.logs.layout import SampleLayout
 from epa_rt.logs.messages import MessageError, messages_of
 from epa_rt.logs.scan import ChunkEntry, LogError, scan, unpack
@@ -24,10 +25,14 @@ _CHANNEL_AT = 9  # bytes of a message before its channel's number
 
 
 class ChunkStore:
-    """A scanned file. Raises LogError where there is none, or where it is not an MCAP file."""
+    """A scanned file. Raises LogError where there is none, or where it is not an MCAP file.
+
+    ``is_held``: its writer was still there as it was scanned.
+    """
 
     def __init__(self, path: str) -> None:
         self.path = path
+        self.is_held = is_held(path)
         self.view = _map(path)
         self.scan = scan(self.view)
 
@@ -185,6 +190,10 @@ class ChunkStore:
 
     def _cut_sentence(self) -> str:
         size, torn_at, end = len(self.view), self.scan.torn_at, self.scan.data_end_at
+        if self.is_held:
+            last = self._last_sample()
+            until = f"up to cycle {last[0]} (t = {_seconds(last[1])})" if last else "no cycle yet"
+            return f"still being recorded: {until} is read here, the file goes on"
         if end is not None:
             return (
                 f"no footer: the file ends at byte {size}, within its summary; all messages are"

@@ -20,6 +20,7 @@ from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
 from epa_rt.logs.disk_reserve import DiskReserve
+from epa_rt.logs.held import hold
 
 # Measured on a knee rig's samples: a sixth smaller than level 1, and a recorder still several times
 # fast enough.
@@ -46,6 +47,7 @@ class McapFile:
         if os.fstat(self._fd).st_size:
             os.close(self._fd)
             raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), path)
+        hold(self._fd)
         self._sync = sync
         self._reserve = DiskReserve(self._fd)
         self._is_closing = False

@@ -154,6 +154,11 @@ class LogReader:
         return self._store.scan.has_footer
 
     @property
+    def is_being_recorded(self) -> bool:
+        """Whether the log had no end yet and its writer was there as it was opened."""
+        return self._store.is_held and not self.has_end
+
+    @property
     def torn_at(self) -> int | None:
         """The byte from which on there is no whole record; None where the last one is whole."""
         return self._store.scan.torn_at

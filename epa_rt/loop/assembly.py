@@ -99,9 +99,10 @@ def valve_settings(muscle: Muscle, rig: Rig) -> ValveSettings:
         if (value := getattr(muscle.valves, key)) is not None
     }
     # what bring-up calls vented, a valve may not call full
-    given = {"vented_pa": rig.safety.sensors.vented, **given}
     return ValveSettings(
-        **given, over_pressure_pa=muscle.pressure_max, atmosphere_pa=rig.atmosphere_pa
+        **(given | {"vented_pa": rig.vented_pa(muscle)}),
+        over_pressure_pa=muscle.pressure_max,
+        atmosphere_pa=rig.atmosphere_pa,
     )
 
 

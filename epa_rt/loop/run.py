@@ -219,7 +219,7 @@ def _stop_alone(
     """Bus, decoder, envelope and encoder brake and vent by themselves, for ``rest_timeout`` at
     most; how that ended, in words, or nothing where there was no power to hold with.
     """
-    full = [(m.pressure, rig.atmosphere_pa + rig.safety.sensors.vented) for m in rig.muscles]
+    full = [(m.pressure, rig.atmosphere_pa + rig.vented_pa(m)) for m in rig.muscles]
     for _ in range(round(rig.safety.rest_timeout / rig.period_s)):
         exchange = backend.exchange(now.outputs_raw)
         now.cycle, now.t_ns = exchange.cycle, exchange.t_ns

@@ -21,6 +21,7 @@ from mcap.exceptions import EndOfFile
 from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
+from epa_rt.logs.held import is_held
 from epa_rt.logs.reader import LogError, LogReader
 from epa_rt.logs.recording import OUTCOME_METADATA, ending_from
 from epa_rt.logs.run_record import RECORD, RunRecord, record_of
@@ -37,7 +38,8 @@ _METADATA_OF = ("run", OUTCOME_METADATA)  # names of the tables that a list of r
 class Glance:
     """One log in a list of runs.
 
-    ``outcome``: that of the log, 'damaged' where the file is not whole, 'no log' where it is none.
+    ``outcome``: that of the log, 'recording' where its run is on, 'damaged' where the file is not
+    whole, 'no log' where it is none.
     ``duration_s`` is None where the log does not say it. ``when``: the wall-clock start in UTC;
     with ``when_is_of_file`` the file's time of change, for a log without a record.
     """
@@ -118,7 +120,7 @@ def _told(
     run = metadata.get("run", {})
     outcome, cause = _ending(metadata.get(OUTCOME_METADATA))
     if damage is not None:
-        outcome, cause = "damaged", damage
+        outcome, cause = "recording" if is_held(str(path)) else "damaged", damage
     record = record_of(attachments) or RunRecord()
     when = record.started_at
     return Glance(

@@ -57,7 +57,7 @@ def rule_text(rule: Rule, plant: str) -> str:
     """The rule as a file that load_rule reads."""
     head = (
         f"# Which pressure (absolute, at no-load length) for which frequency: the least {rule.goal}"
-        f" of the motor that 'epa study serial' found\n# for the plant {plant}. 'epa study rule'"
+        f" of the motor found by 'epa study serial'\n# for the plant {plant}. 'epa study rule'"
         " makes an experiment of it.\n"
     )
     return head + yaml.safe_dump(
@@ -161,7 +161,7 @@ def experiment_text(rule: Rule, frequency_rad_s: float, seconds: float) -> str:
             "timeout": "60 s",
         },
     ]
-    return yaml.safe_dump(
+    return "# Made by 'epa study rule'.\n" + yaml.safe_dump(
         {
             "experiment": "mass_at_best_pressure",
             "loop": "joint_angle",

@@ -242,6 +242,10 @@ def test_spoilt_tables_leave_the_former_file_alone(folder):
         done = epa(*words)
         assert done.returncode == 2 and says in done.stderr, done.stderr
     assert kept.read_text() == before
+    table.write_text(sound.replace(".0,", ".5,"))
+    done = epa(*words)
+    said = " ".join(done.stdout.split())
+    assert "gain 50 N/V became 50 N/V, offset 0 N became 0.5 N; the former is not kept" in said
 
 
 def test_age_is_told_from_the_day(folder):

@@ -405,7 +405,7 @@ def test_an_answer_is_shown_although_its_file_cannot_be_written(
 
 
 def test_a_patch_of_before_is_not_said_to_be_written(log, tmp_path, capsys, answered):
-    (tmp_path / "old.yaml").write_text("plant: old\n")
+    (tmp_path / "old.yaml").write_text("# by 'epa gap patch'\nplant: old\n")
     assert (
         main(
             [

@@ -152,10 +152,11 @@ def test_the_identified_plant_runs_and_pulls_like_the_muscle(
         (["--model", "physical", "--no-physical"], "expected one of them"),
         (
             ["--rig", str(RIG), "-o", str(ROOT / "config/rigs/../plants/bench.yaml")],
-            "found the plant file that was read",
+            "bench.yaml: found a plant file that epa identify did not write, expected a name",
         ),
+        (["-o", str(RIG)], "found a rig file that epa identify did not write"),
     ],
-    ids=("rig", "ending", "model", "own plant"),
+    ids=("rig", "ending", "model", "own plant", "rig file"),
 )
 def test_bad_input_is_one_sentence(log, capsys, arguments, words):
     assert main(["identify", str(log), *arguments, "--quiet"]) == 2

@@ -89,6 +89,25 @@ def test_ctrl_c_while_the_verbs_are_loaded_is_one_sentence(capsys, monkeypatch):
     assert capsys.readouterr().err == "epa: interrupted\n"
 
 
+@pytest.mark.parametrize("meets", ["argparse", "yaml", "difflib"])
+def test_ctrl_c_while_the_program_is_loaded_is_one_line(meets):
+    """At the import of a module, in a process of its own; an ignored one stays ignored."""
+    early = (
+        "import builtins, os, signal, sys; plain = builtins.__import__\n"
+        "def importing(name, *rest):\n"
+        f"    if name == {meets!r}: os.kill(os.getpid(), signal.SIGINT)\n"
+        "    return plain(name, *rest)\n"
+        "builtins.__import__ = importing; sys.argv = ['epa', 'check', '--version']\n"
+        "import epa_rt.__main__ as start; sys.exit(start.main())"
+    )
+    ignored = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+    for before, code, said in (("", 130, "epa check: interrupted\n"), (ignored, 2, None)):
+        command = [sys.executable, "-c", before + early]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+        assert done.returncode == code, done.stderr
+        assert said in (None, done.stderr)
+
+
 @pytest.mark.parametrize("words", [(), ("gap",), ("study",), ("bus",)])
 def test_without_arguments_there_is_help(words, capsys):
     code, out, err = ended(capsys, *words)

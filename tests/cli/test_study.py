@@ -143,6 +143,19 @@ def test_a_frequency_that_no_rule_covers(study, folder, capsys, frequency, said)
     assert said in told and told.count("\n") == 1
 
 
+def test_no_file_of_another_hand_is_written_over(study, folder, capsys):
+    """Not even before any work, and the same name twice is no such file."""
+    mass = folder / "mass.yaml"
+    mass.write_text("rig: mass\n", encoding="utf-8")
+    for words in (("serial", study), ("rule", folder / "rule.yaml", "--frequency", "20 rad/s")):
+        assert main(["study", *map(str, words), "-o", str(mass)]) == 2
+        said = capsys.readouterr().err
+        assert f"{mass}: found a rig file that epa study {words[0]} did not write" in said
+    asked = ["study", "rule", str(folder / "rule.yaml"), "--frequency", "20 rad/s", "-o"]
+    assert main([*asked, str(folder / "twice.yaml")]) == main([*asked, str(folder / "twice.yaml")])
+    assert main([*asked, str(folder / "rule.yaml")]) == 2
+
+
 @pytest.mark.parametrize("bad", [["--json", "a.txt"], ["--html", "a.json"], ["-o", "a.json"]])
 def test_a_wrong_ending_is_refused_before_any_work(study, bad, capsys):
     assert main(["study", "serial", str(study), *bad]) == 2

@@ -185,7 +185,7 @@ SHAPE = table(
         "descripton:",
         "descripton",
         "an unknown key 'descripton'",
-        "only keys that the schema knows",
+        "only keys that the schema knows; did you mean 'description'?",
     ),
     (
         "unknown key in a row",
@@ -193,7 +193,7 @@ SHAPE = table(
         "stale_aftr: 20",
         "stale_aftr",
         "an unknown key 'stale_aftr'",
-        "only keys that the schema knows",
+        "only keys that the schema knows; did you mean 'stale_after'?",
     ),
     (
         "unknown key in the drive",
@@ -201,7 +201,7 @@ SHAPE = table(
         "transition_time: 0.5 s",
         "transition_time:",
         "an unknown key 'transition_time'",
-        "only keys",
+        "did you mean 'transition_timeout'?",
     ),
     (
         "key given twice",

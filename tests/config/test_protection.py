@@ -54,6 +54,12 @@ VARIANTS = [
     ("within_sensor", "bench", "[-40 N, 350 N]", "[-40 N, 500 N]"),
     ("within_sensor", "bench_analog", "[-9 A, 9 A]", "[-10 A, 10 A]"),
     ("within_sensor", "bench", "[60 kPa abs, 800 kPa gauge]", "[10 kPa abs, 800 kPa gauge]"),
+    ("range_used", "bench", "value: [0 N, 500 N]", "value: [0 N, 500 kN]"),
+    ("range_used", "bench", "value: [0 kPa, 1000 kPa]", "value: [0 kPa, 1000 MPa]"),
+    ("range_used", "bench_analog", "value: [0 A, 10 A]", "value: [0 A, 100 A]"),
+    ("range_used", "knee", "value: [-40 deg, 40 deg]", "value: [-40 rad, 40 rad]"),
+    ("drive_units", "bench", "value: [0 A, 1 A]", "value: [0 A, 1000 A]"),
+    ("drive_units", "bench", "value: [0 mNm, 170 mNm]", "value: [0 mNm, 170 Nm]"),
     ("at_rest", "bench", "[60 kPa abs, 800 kPa gauge]", "[60 kPa gauge, 800 kPa gauge]"),
     ("at_rest", "bench", "[-40 N, 350 N]", "[10 N, 350 N]"),
     ("valid", "bench", "    valid: [-0.8 V, 9.8 V]\n", ""),
@@ -69,6 +75,7 @@ VARIANTS = [
     ("reach", "bench", "[-10 mm, 31 mm]", "[-10 mm, 80 mm]"),
     ("reach", "bench_analog", "[-10 mm, 31 mm]", "[-1 m, 1 m]"),
     ("reach", "bench", "[-150 mm/s, 150 mm/s]", "[-150 mm/s, 350 mm/s]"),
+    ("reach", "bench", "[-80 mm/s, 80 mm/s]", "[-80 mm/s, 281 mm/s]"),
     ("reach", "bench", "[-9 A, 9 A]", "[-9 A, 30 A]"),
     ("motor_measured", "bench", "  speed: motor_speed_m_s\n", ""),
     ("motor_measured", "bench", "  current: motor_current_a\n", ""),
@@ -78,6 +85,10 @@ VARIANTS = [
     ("scale", "bench", "counts_per_turn: 4096", "counts_per_turn: 2048"),
     ("scale", "bench_analog", "speed_per_volt: 250 rpm/V", "speed_per_volt: 500 rpm/V"),
     ("same_zero", "bench", TRAVEL, TRAVEL.replace("[0 mm, 62.83185307", "[1 mm, 63.83185307")),
+    ("muscle_length", "bench", "[-10 mm, 31 mm]", "[-10 m, 31 m]"),
+    ("muscle_length", "bench", "[-10 mm, 31 mm]", "[-10 mm, 88 mm]"),
+    ("muscle_length", "bench", "[-10 mm, 31 mm]", "[-120 mm, 31 mm]"),
+    ("muscle_length", "knee", "[-35 deg, 38 deg]", "[-3500 deg, 3800 deg]"),
     ("i2t", "bench", I2T, ""),
     ("following_error", "bench", "  following_error: 4 mm\n", ""),
     ("following_error", "bench", "following_error: 4 mm", "following_error: 21 mm"),
@@ -108,13 +119,21 @@ VARIANTS = [
 ]
 
 
+ALSO = {  # what else such a mistake breaks
+    "reach": {"muscle_length", "command_in_measured"},
+    "muscle_length": {"within_sensor"},
+}
+
+
 @pytest.mark.parametrize(("rule", "rig", "old", "new"), VARIANTS)
 def test_a_rule_names_what_breaks_it(rule, rig, old, new):
     sound = (RIGS / f"{rig}.yaml").read_text(encoding="utf-8")
     assert old in sound
-    broken = rules_broken(sound.replace(old, new, 1))
+    # a command has the limits of what measures it
+    broken = rules_broken(sound.replace(old, new, -1 if rule == "muscle_length" else 1))
     assert rule in broken, broken
-    assert set(broken) <= {rule, "at_rest", "muscles[0].pressure_max"}, broken
+    also = ALSO.get(rule, set())
+    assert set(broken) <= {rule, "at_rest", "muscles[0].pressure_max", *also}, broken
 
 
 @pytest.mark.parametrize("rule", ["EL3004", "EL4034"])
@@ -254,7 +273,7 @@ SHARED = {
     "bus_EK1100_0x00100000": [],
     "bus_EPOS4_0x01800000": [],
     "cmd_speed_cal_sign_differs_from_measured": ["scale"],
-    "cmd_speed_limits_exceed_measured_limits": ["command_in_measured"],
+    "cmd_speed_limits_exceed_measured_limits": ["command_in_measured", "reach"],
     "cmd_speed_slew_none": ["slew"],
     "exhaust_nc_safe_traps_the_air": ["without_power"],
     "following_error_removed": ["following_error"],

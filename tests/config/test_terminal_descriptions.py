@@ -175,8 +175,8 @@ def test_a_generic_terminal_without_a_description_is_refused():
         ("[3.5 mA, 21 mA]", "a range within 3.6 to 21 mA"),
         ("[0 mA, 21 mA]", "a range within 3.6 to 21 mA"),
         ("[3.6 mA, 22 mA]", "a range within 3.6 to 21 mA"),
-        ("[4.1 mA, 21 mA]", "on a sensor of 4 mA to 20 mA"),
-        ("[3.6 mA, 19 mA]", "on a sensor of 4 mA to 20 mA"),
+        ("[4.1 mA, 21 mA]", "on a sensor of 4 to 20 mA"),
+        ("[3.6 mA, 19 mA]", "on a sensor of 4 to 20 mA"),
     ],
 )
 def test_a_current_is_valid_within_what_namur_says(valid, words):

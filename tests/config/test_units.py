@@ -9,7 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from epa_rt.config import units
-from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, split_quantity, unit
+from epa_rt.config.units import (
+    UnitError,
+    parse_pressure,
+    parse_quantity,
+    plain,
+    readable,
+    readable_range,
+    split_quantity,
+    unit,
+)
 
 SYMBOLS = sorted(set(units._UNITS) - {"1"})
 PREFIXED = sorted(units._PREFIXED - {"g"})
@@ -177,3 +186,33 @@ def test_pressures_say_what_they_are_against():
     for text in ("460 kPa", "460 kPa rel", "gauge", "kPa abs", "4 N abs", 460, None, True):
         with pytest.raises(UnitError):
             parse_pressure(text, 101_325.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "si_unit", "said"),
+    [
+        (0.031, "m", "31 mm"),
+        (10.0, "m", "10 m"),
+        (4e4, "N", "40 kN"),
+        (-350.0, "N", "-350 N"),
+        (2e6, "Pa abs", "2000 kPa abs"),
+        (780e6, "Pa", "780 MPa"),
+        (0.007, "m/s", "7 mm/s"),
+        (math.pi, "rad/s^2", "180 deg/s^2"),
+        (2.5, "1", "2.5"),
+        (1e7, "count", "10000000 count"),
+    ],
+)
+def test_a_sentence_has_numbers_that_a_person_reads(value, si_unit, said):
+    assert readable(value, si_unit) == said
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_no_number_in_a_sentence_has_an_exponent(value):
+    assert "e" not in plain(value) and float(plain(value)) == pytest.approx(value, rel=1e-5)
+
+
+def test_two_ends_share_one_unit():
+    assert readable_range((-0.01, 0.031), "m") == "-10 to 31 mm"
+    assert readable_range((0.0, 2e6), "Pa abs") == "0 to 2000 kPa abs"
+    assert "inf" in readable_range((-math.inf, math.inf), "m")

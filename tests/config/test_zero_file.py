@@ -120,8 +120,13 @@ def test_a_bus_drive_says_it_by_bit_15():
     [
         (", direction: increasing", "", "method taut_strap without 'direction'"),
         ("distance_max: 40 mm,", "", "method taut_strap without 'distance_max'"),
-        ("at: 10.27 mm", "at: 40 mm", "motor.zero.at: found 0.04, expected a place within"),
-        ("speed: 4 mm/s, dist", "speed: 90 mm/s, dist", "motor.zero.speed: found 0.09"),
+        ("at: 10.27 mm", "at: 40 mm", "motor.zero.at: found 40 mm, expected a place within -10 to"),
+        ("speed: 4 mm/s, dist", "speed: 90 mm/s, dist", "motor.zero.speed: found 90 mm/s"),
+        ("at: 10.27 mm", "at: -7 mm", "motor.zero.at: found 3 mm between it and the limit of"),
+        ("distance_max: 40 mm", "distance_max: 400 mm", "found 400 mm, expected at most 41 mm"),
+        ("distance_max: 40 mm", "distance_max: 40 m", "motor.zero.distance_max: found 40 m, exp"),
+        ("force: 20 N}", "force: 20 kN}", "motor.zero.force: found 20 kN, expected below 350 N"),
+        ("method: taut_strap", "method: stop, current: 9 A", "motor.zero.current: found 9 A"),
         ("pressure: 300 kPa", "pressure: 790 kPa", "motor.zero.pressure: found"),
         ("method: taut_strap", "method: index", "motor.zero: found method index without 'current'"),
         ("method: taut_strap", "method: stop", "method stop without 'current'"),
@@ -151,7 +156,11 @@ INDEX = {
     [
         ("bench", {}, ""),
         ("bench", {"distance_max": "2 mm"}, ""),
-        ("bench", {"distance_max": "0 mm"}, "motor.zero.distance_max: found 0, expected above 0"),
+        (
+            "bench",
+            {"distance_max": "0 mm"},
+            "motor.zero.distance_max: found 0 mm, expected above 0",
+        ),
         ("bench", {"direction": None}, "method index without 'direction'"),
         ("bench", {"speed": None}, "method index without 'speed'"),
         ("bench", {"force": None}, "method index without 'force' on a rig that measures one"),

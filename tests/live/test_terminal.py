@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from textual import events as keys
 
 from epa_rt.cli.inputs import load_inputs
 from epa_rt.live.attach import Attached, Happened, Over, Rows, RunFacts, Status, find
@@ -24,6 +25,8 @@ from epa_rt.live.plot import drawn, spark
 from epa_rt.live.start import Views, Wanted
 from epa_rt.live.terminal import LiveView
 from epa_rt.live.watched import WatchedRun
+from epa_rt.logs.feed.feed import MARK_S
+from epa_rt.logs.feed.wire import LONGEST_TEXT
 from epa_rt.logs.reader import LogReader
 from epa_rt.logs.recorder import Recorder
 from epa_rt.logs.ring import slot_dtype
@@ -174,6 +177,15 @@ def test_the_view_fits_80_by_24_grows_and_its_keys_ask_the_run(run, tmp_path, mo
                 await _until(pilot, lambda: requests.poll(1) or requests.log)
                 await pilot.press("n", *"bang", "enter")
                 await _until(pilot, lambda: requests.poll(1) or len(requests.log) > 1)
+                await pilot.pause(MARK_S)
+                _burst(view, "nStraps: n\u00e4chster qms", "backspace", "enter")
+                await _until(pilot, lambda: requests.poll(1) or len(requests.log) > 2)
+                await pilot.pause(MARK_S)
+                _burst(view, "nstop S", "escape")
+                _burst(view, "n")
+                view.post_message(keys.Paste("pasted S\nas"))
+                _burst(view, " " * LONGEST_TEXT, "enter")
+                await _until(pilot, lambda: requests.poll(1) or len(requests.log) > 3)
                 await pilot.press("s")
                 await _until(pilot, lambda: requests.poll(2) == STOP)
                 await pilot.resize_terminal(160, 50)
@@ -191,6 +203,8 @@ def test_the_view_fits_80_by_24_grows_and_its_keys_ask_the_run(run, tmp_path, mo
     assert said == [
         ("mark", "mark 1"),
         ("mark", "bang"),
+        ("mark", "Straps: n\u00e4chster qm"),
+        ("mark", "pasted S as"),
         ("request", "stop, asked by the terminal view"),
     ]
 
@@ -209,6 +223,14 @@ def test_ctrl_c_again_and_again_keeps_the_words_of_the_runs_end():
     for press in presses:
         press.join()
     assert view.returncode == -signal.SIGKILL and not views.has_terminal
+
+
+def _burst(view: LiveView, text: str, *after: str) -> None:
+    """Keys of a terminal, all before the view looks at the first."""
+    for character in text:
+        view.post_message(keys.Key(character, character))
+    for key in after:
+        view.post_message(keys.Key(key, key if len(key) == 1 else None))
 
 
 def _groups(layout) -> list[tuple[str, ...]]:
@@ -279,6 +301,10 @@ def test_in_a_real_terminal_keys_close_the_view_and_ctrl_c_stops_the_run(tmp_pat
         assert not any(token in words for words in _command_lines())
         assert "kPa gauge" in screen and all(len(row) <= SIZE[0] for row in screen.split("\n"))
         tmux.wait_for("mark 1", key="m")
+        time.sleep(MARK_S)
+        tmux("send-keys", "-l", "nStrap at \u00fcbung S")
+        tmux("send-keys", "Enter")
+        tmux.wait_for("Strap at")
         tmux.wait_for("the run goes on", key="q")
         tmux("send-keys", "C-c")
         said = tmux.wait_for("exit 130")
@@ -287,4 +313,5 @@ def test_in_a_real_terminal_keys_close_the_view_and_ctrl_c_stops_the_run(tmp_pat
         tmux("kill-server")
     (log,) = out.glob("*.mcap")
     with LogReader(log) as found:
-        assert "mark" in [event.kind for event in found.events()] and not found.missing
+        marks = [event.text for event in found.events() if event.kind == "mark"]
+        assert {"mark 1", "Strap at \u00fcbung S"} <= set(marks) and not found.missing

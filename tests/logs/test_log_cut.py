@@ -7,8 +7,11 @@ from log_samples import LAYOUT, sample_of
 from mcap.writer import Writer
 
 from epa_rt.logs.chunk_store import ChunkStore
+from epa_rt.logs.held import hold, is_held
+from epa_rt.logs.mcap_file import McapFile
 from epa_rt.logs.reader import LogError, LogReader
 from epa_rt.logs.schema import CHANNEL_IDS, CYCLE
+from epa_rt.runs.glance import glance
 
 SAMPLES = 9500
 
@@ -209,5 +212,29 @@ def test_a_log_still_being_written_can_be_read(open_recorder, tmp_path):
     with LogReader(tmp_path / "log.mcap") as log:
         assert cycles_of(log) == []
         assert log.outcome is None
-        assert "no footer" in log.missing[0]
+        assert "still being recorded: no cycle yet" in log.missing[0]
     recorder.sample(**sample_of(0))
+
+
+def test_a_log_that_is_being_recorded_is_not_said_to_be_cut(tmp_path, content):
+    """Its writer holds it; what a writer left is cut."""
+    head = content[: len(content) // 2]
+    for name, holds in (("on.mcap", True), ("left.mcap", False)):
+        path = tmp_path / name
+        path.write_bytes(head)
+        with path.open("r+b") as writer:
+            if holds:
+                hold(writer.fileno())
+            with LogReader(path) as log:
+                assert log.is_being_recorded == holds
+                said = log.missing_at_a_glance[-1]
+                assert said.startswith("still being recorded: ") == holds, said
+                assert ("was cut at byte" in said) != holds
+            assert glance(path).outcome == ("recording" if holds else "damaged")
+
+
+def test_a_recorder_holds_its_log_until_it_is_closed(tmp_path):
+    file = McapFile(str(tmp_path / "log.mcap"), sync=False)
+    assert is_held(file_path := str(tmp_path / "log.mcap"))
+    file.close()
+    assert not is_held(file_path) and not is_held(str(tmp_path / "none.mcap"))

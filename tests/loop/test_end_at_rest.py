@@ -5,7 +5,9 @@ import pytest
 from epa_rt.cli.exits import code_of_run
 from epa_rt.cli.inputs import load_inputs
 from epa_rt.cli.run import end_text, exit_code
+from epa_rt.config.rig import Valves, load_rig
 from epa_rt.logs.recorder import LogSummary
+from epa_rt.loop.assembly import valve_settings
 from epa_rt.loop.rest import StandWatch
 from epa_rt.loop.supervisor import BRAKE, DISABLE, DONE, ENABLE, RUN, SAFE, VENT
 from epa_rt.signals.image import image_of
@@ -108,6 +110,17 @@ def test_the_longest_wait_stands_in_the_rig_file(tmp_path):
     stuck = (("wire_broken", FORCE), ("valve_stuck_closed", "cmd_muscle_exhaust_open"))
     out = with_faults(inputs, 4300, *stuck)
     assert sum(s[2] == VENT for s in out.memory.samples) == pytest.approx(700, abs=2)
+
+
+def test_the_page_and_the_program_call_the_same_pressure_vented():
+    rig = load_rig(ROOT / "config/rigs/bench.yaml")
+    (muscle,) = rig.muscles
+    vented_pa = rig.vented_pa(muscle)
+    assert valve_settings(muscle, rig).vented_pa == vented_pa == rig.safety.sensors.vented
+    page = (ROOT / "docs/operator.md").read_text(encoding="utf-8")
+    assert f"`safety.sensors.vented` ({vented_pa / 1e3:g} kPa) above atmosphere" in page
+    own = muscle.model_copy(update={"valves": Valves(vented="5 kPa")})
+    assert valve_settings(own, rig).vented_pa == rig.vented_pa(own) == 5e3
 
 
 def test_a_normal_end_that_cannot_vent_is_no_plain_success(tmp_path):

@@ -45,7 +45,7 @@ def test_a_stop_is_found_by_its_current_and_left_again(tmp_path):
     ("changes", "sentence"),
     [
         ({"distance_max": 0.006}, "motor_current_a has not reached 1 A within 6 mm"),
-        ({"current": 0.02}, "does not fall below"),
+        ({"current": 0.02}, "does not fall below 0.01 A within 30 mm"),
     ],
 )
 def test_what_is_not_found_is_said(tmp_path, changes, sentence):
@@ -54,6 +54,18 @@ def test_what_is_not_found_is_said(tmp_path, changes, sentence):
     result, found = one.home()
     assert result.outcome == "tripped" and sentence in result.cause, result.cause
     assert found.place is None
+
+
+def test_between_touches_it_stays_within_the_limits_whatever_the_file_says(tmp_path):
+    """A touch says where the limits are: -7 mm is 3 mm from the one behind it."""
+    one = OneRig(tmp_path)
+    with_zero(one, STOP.model_copy(update={"at": -7e-3, "distance_max": 0.4, "approaches": 2}))
+    one.stop_at(2e-3 * 19 / 0.010)
+    result, found = one.home()
+    assert result.outcome == "completed", result.cause
+    assert found.touches == pytest.approx([2e-3] * 2, abs=2e-5)
+    travel = one.measured("motor_travel_m")
+    assert -1.5e-3 < min(travel) < -0.9e-3
 
 
 def test_approaches_that_scatter_set_no_zero(tmp_path):

@@ -33,7 +33,7 @@ from epa_rt.cli.gap.plan import planned
 from epa_rt.cli.inputs import EXPERIMENT
 from epa_rt.cli.outputs import add_html_argument, add_json_argument, add_old_spelling
 from epa_rt.cli.progress import progress_shown
-from epa_rt.cli.write import check_writable, write_whole
+from epa_rt.cli.write import check_own, check_writable, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -100,21 +100,20 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from epa_rt.config.source import ConfigError
+    from epa_rt.gap.answer.patch import PATCHED_BY
     from epa_rt.gap.report.terminal import console, show, show_found
     from epa_rt.gap.rig.subjects import named_plant
 
-    for path, endings in (
-        (arguments.json, (".json",)),
-        (arguments.html, (".html", ".htm")),
-        (arguments.patch, (".yaml", ".yml")),
-        (arguments.picture, (".svg",)),
-    ):
-        check_writable(path, endings)
+    check_writable(arguments.json, (".json",))
+    check_writable(arguments.html, (".html", ".htm"))
+    check_writable(arguments.patch, (".yaml", ".yml"))
+    check_writable(arguments.picture, (".svg",))
     check_rig(arguments.rig, arguments.baseline)
     given, out = opened(arguments, arguments.holdout), console()
     if arguments.baseline:
         given = since(given, arguments.rig, arguments.plant, arguments.baseline)
     check_spares(arguments.patch, (arguments.rig, given.plant, named_plant(arguments.rig)))
+    check_own(arguments.patch, PATCHED_BY)
     _known(arguments.leave_out, given)
     show_found(given.found, out)
     with progress_shown(arguments.quiet) as progress:

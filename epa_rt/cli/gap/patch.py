@@ -9,7 +9,7 @@ from pathlib import Path
 from epa_rt.cli.exits import COMPLETED, VerbError
 from epa_rt.cli.gap.fits import check_spares
 from epa_rt.cli.gap.inputs import add_rig_arguments, catalogue_command, open_rig, task_parser
-from epa_rt.cli.write import check_writable, write_whole
+from epa_rt.cli.write import check_own, check_writable, write_whole
 
 
 def add_parser(tasks: "argparse._SubParsersAction") -> None:
@@ -25,6 +25,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from epa_rt.gap.answer.patch import (
+        PATCHED_BY,
         PatchError,
         check_names,
         check_plant,
@@ -43,6 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
             " stays as it is)"
         )
     check_spares(arguments.out, (arguments.rig, arguments.diagnosis, named_plant(arguments.rig)))
+    check_own(arguments.out, PATCHED_BY)
     try:
         diagnosis = load_diagnosis(arguments.diagnosis)
     except PatchError as error:

@@ -26,7 +26,7 @@ from epa_rt.cli.gap.inputs import (
     task_parser,
 )
 from epa_rt.cli.progress import progress_shown
-from epa_rt.cli.write import check_writable, write_whole
+from epa_rt.cli.write import check_own, check_writable, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -65,6 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise VerbError(str(error)) from None
     given = opened(arguments)
     check_spares(arguments.out, (arguments.rig, given.plant, named_plant(arguments.rig)))
+    check_own(arguments.out, "epa gap plan")
     try:
         check_rig(diagnosis, given.subject)
         check_names(diagnosis, given.subject, catalogue_command(given.subject, given.rig))

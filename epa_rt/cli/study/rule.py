@@ -37,12 +37,13 @@ def add_parser(tasks: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from epa_rt.cli.write import check_writable, write_whole
+    from epa_rt.cli.write import check_own, check_writable, write_whole
     from epa_rt.config.units import UnitError
     from epa_rt.study.rule import experiment_text, load_rule
     from epa_rt.study.setting import angular
 
     check_writable(arguments.out, (".yaml", ".yml"))
+    check_own(arguments.out, "epa study rule")
     if not 1.0 <= arguments.seconds <= 3600.0:
         raise VerbError(f"--seconds: found {arguments.seconds:g}, expected 1 to 3600")
     rule = load_rule(arguments.rule)

@@ -59,7 +59,7 @@ def add_parser(tasks: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from epa_rt.cli.write import check_writable, write_whole
+    from epa_rt.cli.write import check_own, check_writable, write_whole
     from epa_rt.study.claims import serial_claims
     from epa_rt.study.report.serial import serial_figures, serial_page
     from epa_rt.study.rule import rule_of, rule_text
@@ -67,6 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     check_grid_arguments(arguments)
     check_writable(arguments.rule, (".yaml", ".yml"))
+    check_own(arguments.rule, "epa study serial")
     asked = load_serial(arguments.study)
     with grid_progress(arguments.quiet) as progress:
         maps = solve(asked, arguments.store, how(arguments), progress)

@@ -125,6 +125,10 @@ def values_of(diagnosis: Diagnosis, subject: Subject) -> tuple[dict[str, float],
     return dict(values), tuple(dict.fromkeys(effect.name for effect in diagnosis.effects))
 
 
+PATCHED_BY = "epa gap patch"
+
+
 def patched_text(diagnosis: Diagnosis, subject: Subject) -> str:
     """Text of the plant file with everything that the diagnosis found. Raises PatchError."""
-    return subject.patched(*values_of(diagnosis, subject))
+    head = f"# What a diagnosis found was put in by '{PATCHED_BY}'.\n"
+    return f"{head}{subject.patched(*values_of(diagnosis, subject))}"

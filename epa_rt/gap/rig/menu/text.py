@@ -86,7 +86,7 @@ def item(
     ]
     text = "\n".join(
         [
-            f"# Proposed by epa gap plan: {says}.",
+            f"# Proposed by 'epa gap plan': {says}.",
             f"experiment: {name}",
             f'description: "{says}"',
             f"loop: {loop}",
