@@ -66,6 +66,7 @@ COPIED = (
     "config",
     "tests/__init__.py",
     "tests/conftest.py",
+    "tests/turns.py",
     "tests/safety",
     "tests/signals",
     "pyproject.toml",

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
-from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
+from epa_rt.cli.exits import COMPLETED, VerbError
 from epa_rt.cli.inputs import add_supply_argument
 from epa_rt.cli.outputs import add_html_argument, add_json_argument, add_old_spelling, is_screen
 from epa_rt.cli.run import EMULATED
@@ -340,13 +340,14 @@ def _place(
 
 def _write(path: Path, session: Session, signals: "tuple[SignalCalibration, ...]") -> None:
     """Writes the calibration file. Raises VerbError."""
+    from epa_rt.cli.write import cannot_write
     from epa_rt.config.calibration_file import CalibrationFile, write_calibrations
 
     file = CalibrationFile(calibration_of=session.rig.name, signals=signals)
     try:
         write_calibrations(path, file)
     except OSError as error:
-        raise VerbError(f"{path}: cannot be written ({error.strerror})", FAILED) from None
+        raise cannot_write(path, error) from None
 
 
 def _print(

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
+from epa_rt.cli.write import cannot_write
 
 _NOT_OURS = (".zero.yaml", ".state.json")  # what runs leave beside the files of a rig
 
@@ -35,7 +36,7 @@ def main(arguments: argparse.Namespace) -> int:
             else:
                 changed.append(path)
         except OSError as error:
-            raise VerbError(f"{path}: cannot be written ({error.strerror})", FAILED) from None
+            raise cannot_write(path, error) from None
     same = f", {kept} were there already" if kept else ""
     print(f"{config}: {written} files written{same}")
     for path in changed:

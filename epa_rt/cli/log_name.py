@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from epa_rt.cli.exits import FAILED, VerbError
+from epa_rt.cli.exits import VerbError
 from epa_rt.cli.inputs import Inputs
+from epa_rt.cli.write import cannot_write
 
 _NOT_FREE = "{}: found a file, expected a name that is free (no log is overwritten)"
 
@@ -43,5 +44,5 @@ def _taken(path: Path) -> bool:
     except FileExistsError:
         return False
     except OSError as error:
-        raise VerbError(f"{path}: cannot be written ({error.strerror})", FAILED) from None
+        raise cannot_write(path, error) from None
     return True

@@ -349,12 +349,13 @@ class _Carrier:
             self._save()
 
     def _save(self) -> None:
+        from epa_rt.cli.write import cannot_write
         from epa_rt.runs.queue_state import save_state
 
         try:
             save_state(self.path, self.state)
         except OSError as error:
-            raise VerbError(f"{self.path}: cannot be written ({error.strerror})", FAILED) from None
+            raise cannot_write(self.path, error) from None
 
 
 def _time(seconds: float) -> str:

@@ -2,6 +2,7 @@
 one or the new one.
 """
 
+import errno
 import itertools
 import os
 import tempfile
@@ -11,6 +12,7 @@ from epa_rt.cli.exits import FAILED, VerbError
 from epa_rt.cli.outputs import is_screen, keep_answer
 from epa_rt.config.kinds import named
 
+_NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
 MAGIC = b"\x89MCAP0\r\n"
 
 
@@ -41,7 +43,19 @@ def write_whole(path: Path, text: str) -> None:
                 os.unlink(file.name)  # a full disk, or Ctrl-C: no scraps
                 raise
     except OSError as error:
-        raise VerbError(f"{path}: cannot be written ({error.strerror})", FAILED) from None
+        raise cannot_write(path, error) from None
+
+
+def cannot_write(path: Path, error: OSError) -> VerbError:
+    """What is said of a file that could not be written: bad input where its folder takes none, a
+    failure where the disk did not take this one.
+    """
+    if error.errno not in _NOT_ALLOWED:
+        return VerbError(f"{path}: cannot be written ({error.strerror})", FAILED)
+    return VerbError(
+        f"{path}: found {path.parent}, in which nothing can be written ({error.strerror}), expected"
+        " a folder that takes files"
+    )
 
 
 def _refuse_log(path: Path) -> None:

@@ -12,7 +12,7 @@ from pydantic import (
     field_validator,
 )
 
-from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, with_unit
+from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, readable, readable_range
 
 STANDARD_ATMOSPHERE_PA = 101_325.0
 NAME_PATTERN = r"^[a-z][a-z0-9_]*$"
@@ -64,12 +64,12 @@ def bounded(
 ) -> float:
     """The value, or UnitError where it lies outside [low, high]."""
     if (low is not None and value < low) or (high is not None and value > high):
-        if high is None:
-            expected = with_unit(f"at least {low:g}", si_unit)
-        elif low is None:
-            expected = with_unit(f"at most {high:g}", si_unit)
+        if low is not None and high is not None:
+            expected = readable_range((low, high), si_unit)
+        elif low is not None:
+            expected = f"at least {readable(low, si_unit)}"
         else:
-            expected = with_unit(f"{low:g} to {high:g}", si_unit)
+            expected = f"at most {readable(high or 0.0, si_unit)}"
         raise UnitError(f"found '{shown}', expected {expected}")
     return value
 

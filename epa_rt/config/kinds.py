@@ -55,6 +55,16 @@ def named_by_magic(head: bytes) -> str | None:
     return next((words for magic, words in _MAGIC.items() if head.startswith(magic)), None)
 
 
+def begun(head: bytes) -> str:
+    """What a file that nothing names begins with, in words: its first letters, or that it has
+    none.
+    """
+    if not head:
+        return "an empty file"
+    shown = head.decode("ascii", "replace").replace("\n", " ").strip()
+    return f"a file that begins with '{shown}'" if shown.isascii() else "a binary file"
+
+
 def named(path: Path) -> str | None:
     """What a file is, in words; None where nothing tells. Never raises."""
     try:

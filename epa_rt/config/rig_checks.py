@@ -12,6 +12,7 @@ from epa_rt.config.rig_row_checks import calibration_line, check_row
 from epa_rt.config.rig_zero import check_zero
 from epa_rt.config.source import Located
 from epa_rt.config.terminal import GAP
+from epa_rt.config.units import readable, readable_range
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig, Slave
@@ -213,8 +214,8 @@ def _check_muscles(rig: "Rig", located: Located) -> None:
         if muscle.pressure_max > limits[1]:
             raise located.error(
                 ("muscles", i, "pressure_max"),
-                f"{muscle.pressure_max / 1e3:g} kPa abs",
-                f"at most the row's limit, {limits[1] / 1e3:g} kPa abs",
+                readable(muscle.pressure_max, "Pa abs"),
+                f"at most the row's limit, {readable(limits[1], 'Pa abs')}",
             )
 
 
@@ -233,7 +234,7 @@ def _check_drive(rig: "Rig", located: Located) -> None:
     for section, axis in (("motor", motor), ("joint", rig.joint)):
         if axis is None:
             continue
-        limits = rig.row(axis.position).limits
+        limits, unit = rig.row(axis.position).limits, rig.row(axis.position).si_unit
         if limits is None:
             raise located.error(
                 (section, "position"),
@@ -244,8 +245,8 @@ def _check_drive(rig: "Rig", located: Located) -> None:
             if not limits[0] <= place <= limits[1]:
                 raise located.error(
                     (section, "places", name),
-                    f"{place:g}",
-                    f"a place within [{limits[0]:g}, {limits[1]:g}], the limits of {axis.position}",
+                    readable(place, unit),
+                    f"a place within {readable_range(limits, unit)}, the limits of {axis.position}",
                 )
     if rig.joint and motor.position_target is None:
         raise located.error(

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from epa_rt.config.rig_rows import SignalRow
-from epa_rt.config.units import with_unit
+from epa_rt.config.units import plain, with_unit
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -56,7 +56,7 @@ def _unit(row: SignalRow) -> str:
 
 
 def _number(value: float, row: SignalRow) -> str:
-    return f"{value * _SHOWN_UNITS.get(row.si_unit, ('', 1.0))[1]:.4g}"
+    return plain(value * _SHOWN_UNITS.get(row.si_unit, ("", 1.0))[1], 4)
 
 
 def _shown(value: float, row: SignalRow, rate: str = "") -> str:

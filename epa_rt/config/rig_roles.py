@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from epa_rt.config.ports import DRIVE_ENABLE_PORT, DRIVE_SPEED_PORT
 from epa_rt.config.rig_sensor_roles import sensor_uses
 from epa_rt.config.source import Located, Location
+from epa_rt.config.units import readable
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Axis, Rig
@@ -122,7 +123,9 @@ def _check_words(rig: "Rig", located: Located) -> None:
                 )
         if row.name in (rig.motor.speed_target, rig.motor.torque_target) and row.safe != 0.0:
             raise located.error(
-                ("signals", i, "safe"), f"{row.safe:g}", "0, so that power comes on at rest"
+                ("signals", i, "safe"),
+                readable(row.safe, row.si_unit),
+                "0, so that power comes on at rest",
             )
 
 

@@ -10,7 +10,14 @@ from epa_rt.config.devices import DEVICES, Entry
 from epa_rt.config.ports import DRIVE_ENABLE_PORT, DRIVE_SPEED_PORT, MEASURED_PORTS, VALVE_PORTS
 from epa_rt.config.rig_rows import SignalRow, native_pair, si_unit_of
 from epa_rt.config.source import Located
-from epa_rt.config.units import UnitError, parse_quantity, split_quantity, unit
+from epa_rt.config.units import (
+    UnitError,
+    parse_quantity,
+    readable,
+    readable_range,
+    split_quantity,
+    unit,
+)
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -214,7 +221,9 @@ def _check_output(
         )
     if not row.limits[0] <= row.safe <= row.limits[1]:
         raise located.error(
-            (*where, "safe"), f"{row.safe:g}", "a safe value within the row's limits"
+            (*where, "safe"),
+            readable(row.safe, row.si_unit),
+            f"a safe value within the row's limits, {readable_range(row.limits, row.si_unit)}",
         )
     slope, intercept = (
         line[0] * entry.per_count,
@@ -231,7 +240,7 @@ def _check_output(
     if not slave.description.is_drive and abs((row.safe - intercept) / slope) > 1e-3:
         raise located.error(
             (*where, "safe"),
-            f"{row.safe:g}",
+            readable(row.safe, row.si_unit),
             f"the value at {'0 V' if entry.unit == 'V' else 'count 0'}, to which the terminal's"
             " watchdog drops too",
         )

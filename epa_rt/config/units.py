@@ -53,7 +53,7 @@ def _read_in(size: float, si_unit: str) -> tuple[float, str]:
     """How many of the unit make one SI unit, and its name with what the SI unit ends in."""
     base = re.split(r"[ /]", si_unit, maxsplit=1)[0]
     for name, factor, least in reversed(_READ_IN.get(base, ())):
-        if size >= least:
+        if size > 0.0 and size >= least:
             return factor, name + si_unit[len(base) :]
     return 1.0, si_unit
 

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_rows import si_unit_of
-from epa_rt.config.units import UnitError, parse_pressure, parse_quantity
+from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, readable
 from epa_rt.experiments.experiment import ValveOrder
 from epa_rt.experiments.speed_plan import SpeedPlan
 from epa_rt.experiments.valve_crew import Valve
@@ -206,6 +206,8 @@ class Jogging(SpeedPlan):
         self._fail(sentence, cycle)
 
     def _shown(self, travel: float) -> str:
+        if self._unit == "mm" and abs(travel) >= 1.0:
+            return readable(travel, "m")
         return f"{self._per_si * travel:.2f} {self._unit}"
 
     def _say(self, note: str, cycle: int) -> None:
@@ -352,7 +354,9 @@ def _parse_move(rest: str, rig: Rig) -> Move:
     most = rig.motor.jog_speed_si
     asked = parse_quantity(speed, f"{unit}/s") if speed else most
     if not 0.0 < asked <= most:
-        raise UnitError(f"found '{speed.strip()}', expected above 0 and at most {most:g} {unit}/s")
+        raise UnitError(
+            f"found '{speed.strip()}', expected above 0 and at most {readable(most, f'{unit}/s')}"
+        )
     return Move(parse_quantity(distance, unit), asked)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from mcap.writer import MCAP0_MAGIC
 
-from epa_rt.config.kinds import named
+from epa_rt.config.kinds import begun, named
 from epa_rt.config.near_names import did_you_mean
 from epa_rt.logs.file_end import data_section_damage, end_damage
 from epa_rt.logs.held import is_held
@@ -236,11 +236,9 @@ def _map(path: str) -> mmap.mmap:
         is_folder = isinstance(error, IsADirectoryError)
         found_there = "a folder" if is_folder else (error.strerror or str(error)).lower()
         raise LogError(f"{path}: found {found_there}, expected a log{near}") from None
-    known = named(Path(path)) or f"a file that begins with {found!r}"
-    what = known if found else "an empty file"
+    what = (found and named(Path(path))) or begun(found)
     raise LogError(
-        f"{path}: found {what}, expected an MCAP log (it begins with {MCAP0_MAGIC!r}); epa import"
-        " makes one of other files"
+        f"{path}: found {what}, expected an MCAP log; epa import makes one of other files"
     )
 
 

@@ -2,6 +2,7 @@
 terminal.
 """
 
+import errno
 import io
 import os
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from epa_rt.cli.exits import VerbError
+from epa_rt.cli.log_name import take_log_path
 from epa_rt.cli.main import main
 from epa_rt.cli.progress import progress_shown
 from epa_rt.cli.write import MAGIC, check_writable, write_whole
@@ -30,6 +32,28 @@ def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(VerbError, match="cannot be written"):
         write_whole(tmp_path / "file/gap.json", "x")
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(errno.EACCES, 2), (errno.EROFS, 2), (errno.ENOSPC, 4)]
+)
+def test_a_folder_that_takes_no_files_is_bad_input(tmp_path, monkeypatch, number, code):
+    """Of pages and answers as of logs; a full disk is a failure."""
+
+    def refused(*_, **__):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr("os.replace", refused)
+    monkeypatch.setattr("pathlib.Path.touch", refused)
+    for write in (
+        lambda: write_whole(tmp_path / "gap.json", "one"),
+        lambda: take_log_path(tmp_path / "log.mcap", None),
+    ):
+        with pytest.raises(VerbError) as error:
+            write()
+        assert error.value.code == code, error.value
+        asked = f": found {tmp_path}, in which nothing can be written ("
+        assert (asked in str(error.value)) == (code == 2), error.value
 
 
 def test_a_disk_that_fills_leaves_the_old_file_and_no_scraps(tmp_path, monkeypatch):

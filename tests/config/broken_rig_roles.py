@@ -106,7 +106,7 @@ ROLES = (
             "slew: 3 m/s^2",
             "slew: 3 m/s^2\n    safe: 50 mm/s",
             "safe: 50",
-            "0.05",
+            "50 mm/s",
             "power comes on at rest",
         ),
         (
@@ -149,7 +149,7 @@ ROLES = (
             "stretched: 28 mm",
             "stretched: 28 cm",
             "stretched: 28",
-            "0.28",
+            "280 mm",
             "the limits of motor_travel_m",
         ),
         (
@@ -300,7 +300,7 @@ ROLES = (
             "    slew: 3 m/s^2",
             "    slew: 3 m/s^2\n    safe: 10 mm/s",
             "safe: 10",
-            "0.01",
+            "10 mm/s",
             "the value at 0 V",
         ),
         (

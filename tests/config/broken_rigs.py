@@ -165,7 +165,7 @@ UNITS = table(
         "1013.25 kPa abs",
         "atmosphere",
         "'1013.25 kPa abs'",
-        "30000 to 120000 Pa abs",
+        "30 to 120 kPa abs",
     ),
     (
         "a row's limit in another unit",

@@ -42,12 +42,12 @@ def test_the_speed_is_that_of_a_jog_where_not_given():
     [
         ({"lines": "  rest_place: slack\n"}, "found 'slack', expected no_load, stretched"),
         ({"lines": "  rest_place: slack\n", "places": ""}, "motor.places, which has none"),
-        ({"lines": "  let_down_speed: 71 mm/s\n"}, "expected at most speed_max, 0.07"),
+        ({"lines": "  let_down_speed: 71 mm/s\n"}, "expected at most speed_max, 70 mm/s"),
         ({"lines": "  let_down_speed: 0 mm/s\n"}, "expected a value above zero"),
         ({"lines": "  let_down_speed: 5\n"}, "let_down_speed"),
         (
             {"lines": "  rest_place: stretched\n", "target": "[-10 mm, 20 mm]"},
-            "'stretched' at 0.028, expected a place within [-0.01, 0.02], the limits of cmd_motor",
+            "'stretched' at 28 mm, expected a place within -10 to 20 mm, the limits of cmd_motor",
         ),
     ],
 )

@@ -198,6 +198,7 @@ def test_pressures_say_what_they_are_against():
         (2e6, "Pa abs", "2000 kPa abs"),
         (780e6, "Pa", "780 MPa"),
         (0.007, "m/s", "7 mm/s"),
+        (0.0, "m", "0 m"),
         (math.pi, "rad/s^2", "180 deg/s^2"),
         (2.5, "1", "2.5"),
         (1e7, "count", "10000000 count"),

@@ -156,11 +156,7 @@ INDEX = {
     [
         ("bench", {}, ""),
         ("bench", {"distance_max": "2 mm"}, ""),
-        (
-            "bench",
-            {"distance_max": "0 mm"},
-            "motor.zero.distance_max: found 0 mm, expected above 0",
-        ),
+        ("bench", {"distance_max": "0 mm"}, "motor.zero.distance_max: found 0 m, expected above 0"),
         ("bench", {"direction": None}, "method index without 'direction'"),
         ("bench", {"speed": None}, "method index without 'speed'"),
         ("bench", {"force": None}, "method index without 'force' on a rig that measures one"),

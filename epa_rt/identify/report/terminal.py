@@ -75,7 +75,8 @@ def show(found: Answer, out: Console) -> None:
         out.print(f"note: {sentence}", style="yellow")
     kpa = sorted({round(t["p0_pa"] / 1e3) for t in found.trials})
     out.print(
-        f"{len(found.trials)} trials, {sum(t['seconds'] for t in found.trials):.0f} s, no-load"
+        f"{len(found.trials)} trial{'s' * (len(found.trials) != 1)},"
+        f" {sum(t['seconds'] for t in found.trials):.0f} s, no-load"
         f" pressures {', '.join(map(str, kpa))} kPa gauge"
     )
     out.print(f"normalised: {found.normalisation.said()}")

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from epa_rt.config.kinds import begun
 from epa_rt.logs.importers.columns import FieldColumns
 from epa_rt.logs.importers.mcap_bounds import oversized_chunk
 from epa_rt.logs.importers.table import ImportRefused, Table, shown, why
@@ -122,10 +123,7 @@ def _check_ends(path: Path, file: BinaryIO) -> None:
 
     first, size = file.read(len(MCAP0_MAGIC)), file.seek(0, os.SEEK_END)
     if first != MCAP0_MAGIC:
-        raise ImportRefused(
-            f"{path}: found {f'a file that begins with {first!r}' if first else 'an empty file'},"
-            f" expected an MCAP file (it begins with {MCAP0_MAGIC!r})"
-        )
+        raise ImportRefused(f"{path}: found {begun(first)}, expected an MCAP file")
     file.seek(max(size - len(MCAP0_MAGIC), 0))
     if size < 2 * len(MCAP0_MAGIC) or file.read() != MCAP0_MAGIC:
         raise ImportRefused(

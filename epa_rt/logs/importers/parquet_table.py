@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from epa_rt.config.kinds import begun
 from epa_rt.logs.importers.apart import Answer, Unreadable, read_apart
 from epa_rt.logs.importers.table import ImportRefused, Table, why
 
@@ -52,7 +53,7 @@ def _ask(path: Path, request: dict[str, Any]) -> Answer:
     except (OSError, ValueError) as error:
         raise ImportRefused(f"{path}: found {why(error)}, expected a Parquet file") from None
     if head != _MAGIC or size > _LARGEST:
-        found = "more than 2 GB" if head == _MAGIC else f"a file that begins with {head!r}"
+        found = "more than 2 GB" if head == _MAGIC else begun(head)
         raise ImportRefused(f"{path}: found {found}, expected a Parquet file")
     if tail != _MAGIC:
         raise ImportRefused(

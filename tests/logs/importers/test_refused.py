@@ -401,7 +401,7 @@ def test_an_mcap_file_that_was_cut_says_so(kept, words, imported, tmp_path):
     (tmp_path / "cut.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[:kept])
     assert words in imported(MCAP, tmp_path / "cut.mcap")[1]
     assert (
-        "found a file that begins with b'time;pos'"
+        "found a file that begins with 'time;pos'"
         in imported(MCAP, _written(tmp_path / "b.mcap", csv_text()))[1]
     )
 
