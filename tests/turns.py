@@ -21,7 +21,7 @@ from zlib import crc32
 TESTS = Path(__file__).parent
 COSTS = TESTS / "costs.json"
 TURN = "EPA_TEST_TURN"
-COSTLY_S = 2.0  # of processor time, all parameters of a test together
+COSTLY_S = 1.0  # of processor time, all parameters of a test together
 CI_S = 15 * 60
 # of that before the first test: the environment is made, and pytest collects in every process
 BEFORE_TESTS_S = 200
