@@ -6,6 +6,8 @@ import os
 import signal
 from pathlib import Path
 
+import pytest
+
 from tests import turns
 
 os.environ.setdefault(
@@ -73,6 +75,11 @@ def pytest_configure(config):
     turns.decide(config)
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node):
+    turns.hand_on(node)
+
+
 def pytest_collection_modifyitems(config, items):
     """xdist 3.8 writes the group behind a test's name into a field that pytest 9 no longer reads;
     without this every `xdist_group` is ignored. Tests without one go by file.
@@ -91,7 +98,7 @@ def pytest_terminal_summary(terminalreporter, config):
     """Whose turn it was, and one line per run that was repeated; the properties come along from the
     processes that ran the tests.
     """
-    terminalreporter.line(turns.told())
+    terminalreporter.line(turns.told(config))
     told = [
         (report.nodeid, text)
         for reports in terminalreporter.stats.values()

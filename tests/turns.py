@@ -18,9 +18,12 @@ from collections.abc import Iterable
 from pathlib import Path
 from zlib import crc32
 
+import pytest
+
 TESTS = Path(__file__).parent
 COSTS = TESTS / "costs.json"
-TURN = "EPA_TEST_TURN"
+TURN, ALL = "EPA_TEST_TURN", "all"
+CHOSEN = pytest.StashKey[str]()
 COSTLY_S = 1.0  # of processor time, all parameters of a test together
 CI_S = 15 * 60
 # of that before the first test: the environment is made, and pytest collects in every process
@@ -94,12 +97,26 @@ def turn_of(commit: str, turns: int) -> int:
 
 
 def decide(config) -> None:
-    """Sets ``EPA_TEST_TURN`` for this process and those that it starts, once."""
-    if TURN in os.environ or hasattr(config, "workerinput"):
-        return
-    turns = json.loads(COSTS.read_text(encoding="utf-8"))["turns"]
+    """Whose turn it is: of this process, or what ``hand_on`` gave this process of xdist."""
+    handed = getattr(config, "workerinput", {}).get(TURN)
+    config.stash[CHOSEN] = handed or _turn(config)
+
+
+def hand_on(node) -> None:
+    """To a process of xdist, which is told no paths."""
+    node.workerinput[TURN] = node.config.stash[CHOSEN]
+
+
+def _turn(config) -> str:
     named = config.args_source is not type(config).ArgsSource.TESTPATHS or config.option.keyword
-    os.environ[TURN] = "all" if named else str(turn_of(_commit(), turns))
+    if named:
+        return ALL
+    return os.environ.get(TURN) or str(turn_of(_commit(), _known()["turns"]))
+
+
+def _known() -> dict:
+    found: dict = json.loads(COSTS.read_text(encoding="utf-8"))
+    return found
 
 
 def _commit() -> str:
@@ -115,28 +132,24 @@ def _commit() -> str:
 
 def take_turns(config, items: list) -> None:
     """Deselects what waits for another commit."""
-    if os.environ[TURN] == "all":
+    if config.stash[CHOSEN] == ALL:
         return
-    known = json.loads(COSTS.read_text(encoding="utf-8"))
-    runs = chosen(
-        [item.nodeid for item in items],
-        int(os.environ[TURN]) % known["turns"],
-        known["turns"],
-        known["costly_s"],
-    )
+    known = _known()
+    turn = int(config.stash[CHOSEN]) % known["turns"]
+    runs = chosen([item.nodeid for item in items], turn, known["turns"], known["costly_s"])
     waiting = [item for item, now in zip(items, runs, strict=True) if not now]
     if waiting:
         config.hook.pytest_deselected(items=waiting)
         items[:] = [item for item, now in zip(items, runs, strict=True) if now]
 
 
-def told() -> str:
+def told(config) -> str:
     """One line for whoever reads the report."""
-    if os.environ[TURN] == "all":
+    if config.stash[CHOSEN] == ALL:
         return "tests: all"
-    turns = json.loads(COSTS.read_text(encoding="utf-8"))["turns"]
-    turn = int(os.environ[TURN]) % turns
+    turns = _known()["turns"]
+    turn = int(config.stash[CHOSEN]) % turns
     return (
         f"tests: all cheap ones, and of the costly ones turn {turn + 1} of {turns}"
-        f" (all: {TURN}=all scripts/test.sh)"
+        f" (all: {TURN}={ALL} scripts/test.sh)"
     )
