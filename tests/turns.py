@@ -27,7 +27,7 @@ CHOSEN = pytest.StashKey[str]()
 COSTLY_S = 1.0  # of processor time, all parameters of a test together
 CI_S = 15 * 60
 # of that before the first test: the environment is made, and pytest collects in every process
-BEFORE_TESTS_S = 200
+BEFORE_TESTS_S = 225
 PROCESSORS = 2
 # what a commit may never break, and what CI runs so that it does not rot: never waits for a turn
 EVERY_TIME = (
