@@ -28,6 +28,7 @@ SUFFIX_UNITS = {
     "_a": "A",
     "_k": "K",
 }
+PLACES = ("_m", "_rad")  # how the name of a position or an angle ends; that of its speed in _s more
 
 
 def si_unit_of(name: str) -> str:

@@ -4,8 +4,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-PLACES = ("_m", "_rad")  # how the name of a position or an angle ends
-
 
 @dataclass(frozen=True)
 class Span:

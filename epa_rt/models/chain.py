@@ -156,23 +156,13 @@ def pulled_in(t, travel, travel_speed):
 
 
 @compiled
-def write_seen(p, s):
-    """Writes of ``write_truth``'s values those alone that sensors see."""
-    y, out = s.smooth, s.truth
-    travel, travel_speed, q, q_speed = motion(p, s)
+def _write_drive_and_load(p, y, out, q):
+    """What sensors see but for the muscles, with the load at coordinate q."""
     out.motor_angle_rad, out.motor_speed_rad_s, out.motor_current_a = y[ANGLE], y[SPEED], y[CURRENT]
     out.motor_torque_nm = drive.reported_torque(
         p.drive, p.sensors.motor_current_gain_ratio * y[CURRENT] + p.sensors.motor_current_offset_a
     )
-    travel, travel_speed = pulled_in(p.transmission, travel, travel_speed)
     out.supply_pa = gas.supply_pressure(p.gas[0], y[SUPPLY_FLOW])
-    out.pressure_pa[0], out.pressure_pa[1] = p.gas[0].atmosphere_pa, p.gas[1].atmosphere_pa
-    if p.muscle[0].present > 0.5:
-        _, out.pressure_pa[0], _, _, out.muscle_force_n[0] = pull(
-            p, s, y, 0, travel, travel_speed, q, q_speed
-        )
-    if p.muscle[1].present > 0.5:
-        _, out.pressure_pa[1], _, _, _ = pull(p, s, y, 1, travel, travel_speed, q, q_speed)
     knee = p.load.kind_code == load.KNEE
     out.load_position_m = q
     out.joint_angle_rad = y[LOAD_PLACE] if knee else 0.0
@@ -180,18 +170,30 @@ def write_seen(p, s):
 
 
 @compiled
+def write_seen(p, s):
+    """Writes of ``write_truth``'s values those alone that sensors see."""
+    y, out = s.smooth, s.truth
+    travel, travel_speed, q, q_speed = motion(p, s)
+    _write_drive_and_load(p, y, out, q)
+    travel, travel_speed = pulled_in(p.transmission, travel, travel_speed)
+    out.pressure_pa[0], out.pressure_pa[1] = p.gas[0].atmosphere_pa, p.gas[1].atmosphere_pa
+    if p.muscle[0].present > 0.5:
+        _, out.pressure_pa[0], _, _, out.muscle_force_n[0] = pull(
+            p, s, y, 0, travel, travel_speed, q, q_speed
+        )
+    if p.muscle[1].present > 0.5:
+        _, out.pressure_pa[1], _, _, _ = pull(p, s, y, 1, travel, travel_speed, q, q_speed)
+
+
+@compiled
 def write_truth(p, s):
     """Writes the noise-free values of the present state to ``state.truth``."""
     y, out = s.smooth, s.truth
     travel, travel_speed, q, q_speed = motion(p, s)
-    out.motor_angle_rad, out.motor_speed_rad_s, out.motor_current_a = y[ANGLE], y[SPEED], y[CURRENT]
-    out.motor_torque_nm = drive.reported_torque(
-        p.drive, p.sensors.motor_current_gain_ratio * y[CURRENT] + p.sensors.motor_current_offset_a
-    )
+    _write_drive_and_load(p, y, out, q)
     out.winding_heat_k = y[HEAT]
     out.travel_m, out.travel_speed_m_s = travel, travel_speed
     travel, travel_speed = pulled_in(p.transmission, travel, travel_speed)
-    out.supply_pa = gas.supply_pressure(p.gas[0], y[SUPPLY_FLOW])
     for i in range(2):
         out.pressure_pa[i] = p.gas[i].atmosphere_pa
         if p.muscle[i].present > 0.5:
@@ -215,7 +217,4 @@ def write_truth(p, s):
                 s.opening[i, 1],
             )
     out.spool_force_n = load.along_spool(p.load, out.muscle_force_n[0], out.muscle_force_n[1])
-    out.load_position_m, out.load_speed_m_s = q, q_speed
-    knee = p.load.kind_code == load.KNEE
-    out.joint_angle_rad = y[LOAD_PLACE] if knee else 0.0
-    out.joint_speed_rad_s = y[LOAD_SPEED] if knee else 0.0
+    out.load_speed_m_s = q_speed

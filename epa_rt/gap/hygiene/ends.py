@@ -5,9 +5,10 @@ on.
 import numpy as np
 
 from epa_rt.config.rig import Rig
+from epa_rt.config.rig_rows import PLACES
 from epa_rt.gap.finding import Finding, measured_names, seconds, smooth, stretches
 from epa_rt.gap.hygiene.values import scaling_of_row
-from epa_rt.gap.recording import PLACES, Recording
+from epa_rt.gap.recording import Recording
 from epa_rt.signals.scaling import Scaling
 
 _AT_RAIL_ROWS = 30

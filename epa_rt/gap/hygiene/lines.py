@@ -8,6 +8,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from epa_rt.config.rig_rows import PLACES
 from epa_rt.gap.finding import Finding, Sinusoid, measured_names, regular, regular_rows
 from epa_rt.gap.hygiene.answering import terms_of_motion, without_answer
 from epa_rt.gap.hygiene.multitaper import (
@@ -23,7 +24,7 @@ from epa_rt.gap.hygiene.multitaper import (
     tones,
 )
 from epa_rt.gap.hygiene.values import smallest_step
-from epa_rt.gap.recording import PLACES, Recording
+from epa_rt.gap.recording import Recording
 from epa_rt.gap.side_by_side import each
 
 FALSE_ALARM = 1e-3  # of any line on all channels of all logs together, where there is noise alone

@@ -5,9 +5,10 @@ while, one that catches up with where it would have come.
 import numpy as np
 
 from epa_rt.config.rig import Rig
+from epa_rt.config.rig_rows import PLACES
 from epa_rt.gap.finding import Finding, measured_names, seconds, stretches
 from epa_rt.gap.hygiene.values import is_analog
-from epa_rt.gap.recording import PLACES, Recording
+from epa_rt.gap.recording import Recording
 
 _FAR = 15.0  # times what the rows of this channel are off their neighbours on 99 % of the rows
 _STEPS = 20.0  # of the converter, at least

@@ -13,9 +13,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from epa_rt.config.rig import Rig
+from epa_rt.config.rig_rows import PLACES
 from epa_rt.gap.finding import Finding, measured_names, seconds, stretches
 from epa_rt.gap.hygiene.values import repeats_at_rest
-from epa_rt.gap.recording import PLACES, Recording
+from epa_rt.gap.recording import Recording
 
 _LEAST_ROWS = 100
 _MOVED = 0.3  # of the range of another place or of a reference, over which nothing stays so

@@ -88,13 +88,19 @@ def weight(subject: Subject, prepared: object, floor: Floor) -> np.ndarray | flo
 
 
 def left_over(
-    subject: Subject, prepared: object, values: Values, floor: Floor, recording: str
+    subject: Subject,
+    prepared: object,
+    values: Values,
+    floor: Floor,
+    recording: str,
+    counts: np.ndarray | float | None = None,
 ) -> np.ndarray:
     """(n,) a link's residual as it counts: without what the method itself leaves, and for less
-    where a row has a variance of its own. KeyError for an unknown number or link.
+    where a row has a variance of its own. ``counts``: its ``weight``, where that is known already.
+    KeyError for an unknown number or link.
     """
     found = unbiased(subject.residual(prepared, values, floor.link), floor, recording)
-    return found * weight(subject, prepared, floor)
+    return found * (weight(subject, prepared, floor) if counts is None else counts)
 
 
 def floors(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from epa_rt.gap.likelihood.chunks import chunks_of
-from epa_rt.gap.likelihood.floor import Floor, unbiased, weight
+from epa_rt.gap.likelihood.floor import Floor, left_over, weight
 from epa_rt.gap.likelihood.generic import Design
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.side_by_side import each
@@ -194,9 +194,9 @@ class Problem:
     def _whitened(self, recording: str, link: str, values: Values) -> np.ndarray:
         floor = self.floors[link]
         with np.errstate(over="ignore", invalid="ignore"):  # a plant that runs away
-            left = self.subject.residual(self.prepared[recording], values, link)
-            counts = self._weight(recording, link)
-            white = floor.whiten(unbiased(left, floor, recording) * counts) / self.scale[link]
+            counts, ready = self._weight(recording, link), self.prepared[recording]
+            left = left_over(self.subject, ready, values, floor, recording, counts)
+            white = floor.whiten(left) / self.scale[link]
         return np.where(np.isfinite(white), np.clip(white, -ABSURD, ABSURD), white)
 
     def _weight(self, recording: str, link: str) -> np.ndarray | float:

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.signal import lfilter
 
+from epa_rt.config.rig_rows import PLACES
 from epa_rt.gap.likelihood.stop_operator import stop_over_log
-from epa_rt.gap.recording import PLACES
 
 LAGS_S = (0.02, 0.05, 0.15)
 CREEP_S = (0.1, 1.0, 10.0)

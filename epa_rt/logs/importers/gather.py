@@ -133,11 +133,11 @@ def _added_up(grid: Grid, speed: np.ndarray) -> np.ndarray:
     """The way (M,) from the first row on, by trapezoids; from row to row with a value, across those
     without.
     """
-    known = ~np.isnan(speed)
-    way = np.full(len(speed), np.nan)
-    t_s, moves = grid.t_s[known], speed[known]
-    steps = 0.5 * (moves[1:] + moves[:-1]) * np.diff(t_s)
-    way[known] = np.concatenate(([0.0], np.cumsum(steps)))[: len(t_s)]
+    from scipy.integrate import cumulative_trapezoid
+
+    known, way = ~np.isnan(speed), np.full(len(speed), np.nan)
+    if known.any():
+        way[known] = cumulative_trapezoid(speed[known], grid.t_s[known], initial=0.0)
     return way
 
 

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, StringConstraints, field_validator,
 
 from epa_rt.config.fields import Frozen, Name, Seconds, pressure, quantity
 from epa_rt.config.kinds import expect_kind
+from epa_rt.config.rig_rows import PLACES
 from epa_rt.config.source import Located, load_yaml, validate
 from epa_rt.config.units import UnitError, unit
 from epa_rt.logs.importers.line import line_of
@@ -38,7 +39,6 @@ Text = Annotated[str, StringConstraints(min_length=1, max_length=200)]
 
 
 TOPIC_KINDS = ("mcap", "rosbag")
-PLACES = ("_m", "_rad")  # how the name of a signal ends whose speed ends in _s besides
 
 
 class Format(Frozen):

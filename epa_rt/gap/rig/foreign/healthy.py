@@ -13,12 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from epa_rt.config.rig_rows import PLACES
 from epa_rt.gap.likelihood.floor import Floor, fitted, floors
 from epa_rt.gap.likelihood.generic import CLIP, RIDGES
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.likelihood.regressors import SPEEDS, terms
-from epa_rt.gap.recording import PLACES, Recording
+from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign.region_noise import RegionNoise, region_noise
 from epa_rt.gap.rig.foreign.repeats import colourless
 from epa_rt.gap.rig.foreign.subject import ForeignSubject

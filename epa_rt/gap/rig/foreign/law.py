@@ -200,13 +200,13 @@ def sloped_otherwise(m: Motion) -> Motion:
     """
     rate_hz, filtered = 1.0 / m.period_s, not m.filtered
     speed = slope(m.position_m, rate_hz, filtered)
-    read_speed = slope_as_read(m.read_m, rate_hz, 4)
+    read_speed = slope(m.read_m, rate_hz, filtered=True)
     return replace(
         m,
         speed_m_s=speed,
         acceleration_m_s2=slope(speed, rate_hz, filtered),
         read_speed_m_s=read_speed,
-        read_acceleration_m_s2=slope_as_read(read_speed, rate_hz, 4),
+        read_acceleration_m_s2=slope(read_speed, rate_hz, filtered=True),
     )
 
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from epa_rt.config.rig_rows import PLACES
 from epa_rt.gap.likelihood.regressors import SPEEDS
-from epa_rt.gap.recording import PLACES
 
 KNOWN_TO = 0.1  # of itself, to which a region's deviation is known at the least: 50 samples
 FEWEST = 0.5 / KNOWN_TO**2

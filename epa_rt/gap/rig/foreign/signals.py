@@ -109,15 +109,13 @@ def slope(values: np.ndarray, rate_hz: float, filtered: bool) -> np.ndarray:
     return found * rate_hz
 
 
-def slope_as_read(values: np.ndarray, rate_hz: float, order: int = 6) -> np.ndarray:
-    """(N,) per second of what no filter has passed, by central differences of sixth (or fourth)
-    order: for what a low-pass follows, which takes the noise that they make.
+def slope_as_read(values: np.ndarray, rate_hz: float) -> np.ndarray:
+    """(N,) per second of what no filter has passed, by central differences of sixth order: for what
+    a low-pass follows, which takes the noise that they make.
     """
     found: np.ndarray = np.gradient(values)
-    taps = {4: (8.0 / 12.0, -1.0 / 12.0), 6: (45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0)}[order]
-    reach = len(taps)
-    inside = slice(reach, len(values) - reach)
-    found[inside] = sum(
+    reach, taps = 3, (45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0)
+    found[reach:-reach] = sum(
         tap * (values[reach + k : len(values) - reach + k] - values[reach - k : -reach - k])
         for k, tap in enumerate(taps, 1)
     )
