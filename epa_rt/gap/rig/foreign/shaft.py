@@ -23,15 +23,7 @@ from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect
 
 LINK = "torque"
-UNITS = {
-    "N/m": "N*m/rad",
-    "N": "N*m",
-    "m": "rad",
-    "kg": "kg*m^2",
-    "m/s": "rad/s",
-    "N*s/m": "N*m*s/rad",
-    "N*s^2/m^2": "N*m*s^2/rad^2",
-}
+IN_ROTATION = {"N": "N*m", "m": "rad", "kg": "kg*m^2"}
 ROLES = {"angle": "position", "torque": "force"}
 SETTINGS = {
     "typical_torque": "typical_force",
@@ -76,8 +68,13 @@ _ALL: tuple[Law, ...] = (*LAWS, _GRAVITY)
 
 def _renamed(row: Parameter) -> str:
     """The shaft's key of a carriage's number: 'carriage.inertia_kg' is 'shaft.inertia_kg_m2'."""
-    block, unit = "shaft" if row.block == "carriage" else row.block, UNITS.get(row.unit)
-    return f"{block}.{stem(row)}{suffix_of(unit)}" if unit else f"{block}.{row.name}"
+    block, unit = "shaft" if row.block == "carriage" else row.block, in_rotation(row.unit)
+    return f"{block}.{row.name if unit == row.unit else stem(row) + suffix_of(unit)}"
+
+
+def in_rotation(unit: str) -> str:
+    """The unit in rotation: rad for m, N*m for N, kg*m^2 for kg. 'N/m^3' is 'N*m/rad^3'."""
+    return re.sub(r"\b(N|m|kg)\b", lambda one: IN_ROTATION[one[0]], unit)
 
 
 _ROWS = (*carriage.COMPONENT.parameters, *_GRAVITY.parameters)
@@ -139,7 +136,7 @@ def _parameter(row: Parameter) -> Parameter:
     row = row._replace(neutral=TWICE, low=ABOVE_ONCE) if row.key == PERIODS else row
     return row._replace(
         key=_renamed(row),
-        unit=UNITS.get(row.unit, row.unit),
+        unit=in_rotation(row.unit),
         low=_LEAST.get(row.key, row.low),
         links=(LINK,),
         scale=_scale(row.scale),
