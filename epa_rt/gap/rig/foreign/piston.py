@@ -164,7 +164,7 @@ _EFFECTS = (
         ("piston.taper_ratio",),
         ((0.01,), (-0.01,)),
         "a bore that widens along the way",
-        "A -> A (1 + a x)",
+        "A -> A (1 + a X)",
         "print accuracy",
     ),
     effect(

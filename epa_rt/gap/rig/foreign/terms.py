@@ -220,7 +220,7 @@ _OWN: tuple[Law, ...] = (
         "friction_over_place",
         "place",
         "dry friction that varies along the way",
-        "F = (a x + b x^2) sgn(v)",
+        "F = (a X + b X^2) sgn(v)",
         "bent guide, worn middle",
         (
             number("place_linear_n", "N", "friction_over_place", -5.0, 5.0, 0.1, "typical_force"),
@@ -239,7 +239,7 @@ _OWN: tuple[Law, ...] = (
         "spring",
         "place",
         "a force that grows along the way: a cable chain, a bellows",
-        "F = k (x - x_0)",
+        "F = k (X - X_0)",
         "drag chain stiffness",
         (
             number("spring_n", "N", "spring", -5.0, 5.0, 0.1, "typical_force"),
