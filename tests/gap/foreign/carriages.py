@@ -88,8 +88,10 @@ STRANGER = Cart(
 )
 
 
-def opened(folder: Path, rig: str, plant: str) -> ForeignSubject:
-    """The rig of these two files' texts."""
+def opened(
+    folder: Path, rig: str, plant: str, leave_out: frozenset[str] = frozenset()
+) -> ForeignSubject:
+    """The rig of these two files' texts, without some effects of its catalogue."""
     (folder / "rig.yaml").write_text(rig, encoding="utf-8")
     (folder / "plant.yaml").write_text(plant, encoding="utf-8")
-    return open_foreign(folder / "rig.yaml")
+    return open_foreign(folder / "rig.yaml", None, leave_out)

@@ -65,6 +65,12 @@ def test_a_spring_as_the_plant_file_has_it_is_no_gap(tmp_path):
     assert found.verdict == "no_gap", found.says
 
 
+def test_no_wave_stands_in_for_a_spring_that_the_catalogue_lacks(tmp_path):
+    subject = opened(tmp_path, CARRIAGE, SPRUNG, frozenset({"cubic_spring"}))
+    found = answer(subject, 4e4)
+    assert found.verdict == "not_in_catalogue", found.says
+
+
 def test_a_linear_spring_is_named_beside_a_cubic_one(tmp_path):
     found = answer(opened(tmp_path, CARRIAGE, BARE), 4e4)
     assert {one.name for one in found.effects} == {"spring", "cubic_spring"}, found.says

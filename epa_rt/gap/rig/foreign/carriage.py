@@ -36,6 +36,9 @@ from epa_rt.gap.subject import Link
 # of the stroke, a typical one first: a fit finds one that it begins near to, for a load that hits a
 # wall at another moment is far off
 GAPS = (2e-3, *np.geomspace(2e-4, 3e-2, 24).tolist())
+# waves on the way, unless a turn is longer: what is not seen to return is a curve over the place,
+# such as a spring's
+SEEN_TWICE = 2.0
 # s for a radian of a load's own swing, 40 Hz to 4 Hz, a typical one first
 LAGS_S = (8e-3, *np.geomspace(4e-3, 4e-2, 9).tolist())
 
@@ -262,19 +265,19 @@ _OWN = (
         "drive.cogging_periods",
         "1",
         "cogging",
-        1.0,
+        SEEN_TWICE,
         200.0,
         0.01,
         neutral=1.0,
         low_scale="pitch/stroke",
-    ),  # what does not return within the way is a spring or an offset
+    ),
     _p("drive.cogging_phase_rad", "rad", "cogging", -20.0, 20.0, 0.3),
     _p("friction.turn_n", "N", "friction_over_turn", -1.0, 1.0, 0.1, "typical_force"),
     _p(
         "friction.turn_periods",
         "1",
         "friction_over_turn",
-        1.0,
+        SEEN_TWICE,
         200.0,
         0.01,
         neutral=1.0,

@@ -31,8 +31,8 @@ SETTINGS = {
 }  # those that are called otherwise on a carriage
 _LEAST = {"carriage.inertia_kg": 1e-9}
 # Without a gear a torque that returns once to a turn is a weight by another name: cogging is asked
-# from twice to a turn on, or, of a way of more than half a turn, from a little above once over it.
-PERIODS, TWICE, ABOVE_ONCE = "drive.cogging_periods", 2.0, 1.05
+# from twice to a turn on, or, of a way of more than a turn, from a little above twice on the way.
+PERIODS, TWICE, ABOVE_TWICE = "drive.cogging_periods", 2.0, 2.1
 _GRAVITY = Law(
     effect(
         "gravity",
@@ -133,7 +133,7 @@ def features(prepared: carriage.Prepared, link: str) -> Mapping[str, np.ndarray]
 
 
 def _parameter(row: Parameter) -> Parameter:
-    row = row._replace(neutral=TWICE, low=ABOVE_ONCE) if row.key == PERIODS else row
+    row = row._replace(neutral=TWICE, low=ABOVE_TWICE) if row.key == PERIODS else row
     return row._replace(
         key=_renamed(row),
         unit=in_rotation(row.unit),
