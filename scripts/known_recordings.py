@@ -24,10 +24,15 @@ SHARED = ROOT.parent / "shared"  # where the recordings themselves are
 CLEAR = 9.0  # times its detection limit: of each effect that is known to be there
 
 
+def listed() -> list[dict[str, Any]]:
+    """All entries of the list."""
+    entries: list[dict[str, Any]] = yaml.safe_load(LIST.read_text(encoding="utf-8"))
+    return entries
+
+
 def known() -> list[dict[str, Any]]:
     """All entries of the list whose files are there."""
-    entries: list[dict[str, Any]] = yaml.safe_load(LIST.read_text(encoding="utf-8"))
-    return [one for one in entries if is_there(one)]
+    return [one for one in listed() if is_there(one)]
 
 
 def is_there(entry: dict[str, Any]) -> bool:
@@ -81,10 +86,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    entries = {one["name"]: one for one in listed()}
     parser.add_argument("names", nargs="*", help="only these (default: all)")
-    only = parser.parse_args().names
-    for entry in known():
-        if only and entry["name"] not in only:
+    only = parser.parse_args().names or list(entries)
+    if unknown := [name for name in only if name not in entries]:
+        parser.error(f"found {', '.join(unknown)}, expected one of {', '.join(entries)}")
+    for entry in map(entries.__getitem__, only):
+        if not is_there(entry):
+            print(f"{entry['name']}: its files are not there")
             continue
         with tempfile.TemporaryDirectory(prefix="known-") as folder:
             rig, logs, holdout = logs_of(entry, Path(folder))

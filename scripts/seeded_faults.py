@@ -41,7 +41,9 @@ RIGHT = {
     "rough_spot": ("place",),
     "gain": ("gain", "area"),
 }
-NOT_IN_CATALOGUE = {("piston", "play")}
+# A piston's gas pushes with 200 N to one side and holds its play closed against 35 N of friction,
+# drag and inertia. What shows is the give of the wall: friction builds up over it.
+RIGHT_OF = {("piston", "play"): ("reversal",)}
 NOTHING = ("no_gap", "not_excited")
 
 RIG = {
@@ -176,13 +178,13 @@ def judged(kind: str, fault: str, answer: Diagnosis, families: dict[str, str]) -
         if answer.verdict in NOTHING:
             return "right" if healthy else "nothing"
         return "wrong" if healthy else "withheld"
-    if healthy or (kind, fault) in NOT_IN_CATALOGUE:
+    if healthy:
         return "wrong"
-    first = answer.effects[0]
-    if first.family in RIGHT[fault]:
+    first, right = answer.effects[0], RIGHT_OF.get((kind, fault), RIGHT[fault])
+    if first.family in right:
         return "right"
     alike = {families[name] for name in first.not_separable_from}
-    held = answer.verdict == "not_separable" and alike & set(RIGHT[fault])
+    held = answer.verdict == "not_separable" and alike & set(right)
     return "set" if held else "wrong"
 
 
