@@ -19,6 +19,7 @@ then throws it. The last lines say how the rig was left, as measured.
 
 import argparse
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -197,7 +198,7 @@ def run_simulated(
     """One run on the simulated rig, recorded into ``out``. Raises VerbError where the log cannot be
     opened.
     """
-    backend = _simulated_backend(inputs, seed, speed)
+    backend = _simulated_backend(inputs, seed, speed, progress)
     run_facts = {
         "rig": inputs.rig.name,
         "experiment": inputs.experiment.name,
@@ -267,10 +268,11 @@ def run_on_bus(
     return summary, result
 
 
-def _simulated_backend(inputs: Inputs, seed: int, speed: float | None) -> "Backend":
+def _simulated_backend(inputs: Inputs, seed: int, speed: float | None, progress: bool) -> "Backend":
     from epa_rt.cli.progress import said_when_slow
 
-    with said_when_slow("loading the plant; compiled the first time, a minute or two ..."):
+    said = "loading the plant; compiled the first time, a minute or two ..."
+    with said_when_slow(said) if progress else nullcontext():
         from sim_backend.backend import SimBackend
 
         backend = SimBackend(inputs.rig, inputs.plant, seed, speed)

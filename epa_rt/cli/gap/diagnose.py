@@ -296,7 +296,10 @@ def gated(given: Opened, diagnosis: "Diagnosis", patch: Path | None, progress: P
     from epa_rt.gap.held_out.gate import GateError, gate
 
     real = _shortest(given)
-    with tempfile.TemporaryDirectory(prefix="epa-gap-") as folder:
+    with (
+        tempfile.TemporaryDirectory(prefix="epa-gap-") as folder,
+        Simulator(Path(folder)) as simulator,
+    ):
         path = patch or Path(folder) / f"{given.plant.stem}_patched.yaml"
         if patch is None:
             write_whole(path, _patched(given, diagnosis))
@@ -306,7 +309,7 @@ def gated(given: Opened, diagnosis: "Diagnosis", patch: Path | None, progress: P
                 real,
                 given.plant,
                 path,
-                Simulator(Path(folder)).again,
+                simulator.again,
                 diagnosis.shrinkage,
                 progress,
                 _aside(given, real),

@@ -145,8 +145,10 @@ def planned(
             distance_between(subject, found),
             lambda stage, share: progress(stage, 0.2 + 0.8 * share),
         )
-    with tempfile.TemporaryDirectory(prefix="epa-gap-") as folder:
-        simulator = Simulator(Path(folder))
+    with (
+        tempfile.TemporaryDirectory(prefix="epa-gap-") as folder,
+        Simulator(Path(folder)) as simulator,
+    ):
         return next_experiment(
             found.rivals,
             menu(given.rig),

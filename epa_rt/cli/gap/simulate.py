@@ -2,13 +2,17 @@
 a new experiment.
 """
 
-import dataclasses
+import itertools
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import VerbError
-from epa_rt.cli.inputs import EXPERIMENT, PLANT, Inputs, inputs_of_log
+from epa_rt.cli.inputs import EXPERIMENT, PLANT, inputs_of_log
 from epa_rt.cli.run import run_simulated
+from epa_rt.gap.side_by_side import WORKERS
 
 if TYPE_CHECKING:
     from epa_rt.gap.recording import Recording
@@ -16,21 +20,33 @@ if TYPE_CHECKING:
 
 
 class Simulator:
-    """Runs as fast as they go, through the full loop and a log; logs are numbered in ``folder``."""
+    """Runs as fast as they go, through the full loop and a log; logs are numbered in ``folder``.
+    Processes beside this one run them, so that two threads may ask at once. To be left as a
+    context.
+    """
 
     def __init__(self, folder: Path):
         self._folder = folder
-        self._count = 0
+        self._numbers = itertools.count(1)
+        self._pool = ProcessPoolExecutor(WORKERS, get_context("spawn"))
+
+    def __enter__(self) -> "Simulator":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._pool.shutdown(cancel_futures=True)
 
     def again(self, plant: Path, real: "Recording", seed: int) -> "Recording":
         """The experiment of a log on its own rig with another plant file. Raises ConfigError,
         VerbError where it cannot be run.
         """
-        from epa_rt.config.source import load_yaml
-
-        recording, outcome = self._run(
-            _with_plant(inputs_of_log(Path(real.path), real.attachments), load_yaml(plant)), seed
-        )
+        files = real.attachments | {PLANT: plant.read_bytes()}
+        recording, outcome = self._run(Path(real.path), files, seed)
         if outcome == "failed":
             raise VerbError(
                 f"{plant}: the run of {real.experiment or 'the experiment'} failed on the"
@@ -44,38 +60,29 @@ class Simulator:
         """A new experiment on the rig of a log; None where it was not completed, or asks for more
         than the rig may do.
         """
-        from epa_rt.config.source import ConfigError, parse_yaml
+        from epa_rt.config.source import ConfigError
 
+        files = {EXPERIMENT: item.text.encode(), PLANT: plant_text.encode()}
         try:
-            inputs = inputs_of_log(
-                Path(rig_of.path), rig_of.attachments | {EXPERIMENT: item.text.encode()}
-            )
+            recording, outcome = self._run(Path(rig_of.path), rig_of.attachments | files, seed)
         except ConfigError:
             return None
-        recording, outcome = self._run(
-            _with_plant(inputs, parse_yaml(plant_text, "plant.yaml")), seed
-        )
         return recording if outcome == "completed" else None
 
-    def _run(self, inputs: Inputs, seed: int) -> "tuple[Recording, str]":
+    def _run(self, log: Path, files: dict[str, bytes], seed: int) -> "tuple[Recording, str]":
         from epa_rt.gap.rig.read import read_recording
 
-        self._count += 1
-        summary, result = run_simulated(
-            inputs, self._folder / f"run-{self._count:03d}.mcap", seed, None, progress=False
-        )
-        if result.outcome == "stopped":
+        inputs_of_log(log, files)  # what is wrong with them is said here
+        out = self._folder / f"run-{next(self._numbers):03d}.mcap"
+        outcome, failure = self._pool.submit(_run_into, out, log, files, seed).result()
+        if outcome == "stopped":
             raise KeyboardInterrupt  # the run itself took the operator's Ctrl-C
-        if summary.failure:
-            raise VerbError(f"recorder: {summary.failure}")
-        return read_recording(summary.path), result.outcome
+        if failure:
+            raise VerbError(f"recorder: {failure}")
+        return read_recording(out), outcome
 
 
-def _with_plant(inputs: Inputs, source) -> Inputs:
-    from epa_rt.models.plant_file import read_plant
-
-    return dataclasses.replace(
-        inputs,
-        plant=read_plant(source),
-        attachments=inputs.attachments | {PLANT: source.text.encode()},
-    )
+def _run_into(out: Path, log: Path, files: dict[str, bytes], seed: int) -> tuple[str, str | None]:
+    """How a run of a log's files ended, and what the recorder failed by."""
+    summary, result = run_simulated(inputs_of_log(log, files), out, seed, None, progress=False)
+    return result.outcome, summary.failure

@@ -23,11 +23,12 @@ from epa_rt.gap.held_out.shrink import (
 )
 from epa_rt.gap.likelihood.alongside import trials
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.side_by_side import each
 from epa_rt.gap.subject import Subject
 from epa_rt.models.plant_file import read_plant
 
 # (plant file, recording whose rig and experiment are taken, seed of the sensors' noise) -> a
-# recording of that run
+# recording of that run; called from two threads at once
 RunAgain = Callable[[Path, Recording, int], Recording]
 SEEDS = (11, 12, 13, 14, 15)
 PASSES_POINTS = 5.0
@@ -74,13 +75,8 @@ def gate(
     """
     for path in (believed, patched):
         _check(path)
-    progress("gate: the plant as believed", 0.0)
-    before = _ran(run_again(believed, real, SEEDS[0]), real, "believed")
-    judged, *ran = [
-        _aside(run, real, aside)
-        for run in (real, before, *_runs(patched, real, run_again, progress))
-    ]
-    before, *runs = ran
+    ran = _runs(believed, patched, real, run_again, progress)
+    judged, before, *runs = [_aside(run, real, aside) for run in (real, *ran)]
     own = {row.channel: row for row in _free(predicted, real.name)}
     noise = {name: row.floor for name, row in own.items()}
     held = (judged, before, runs, _apart(judged, runs), noise)
@@ -187,16 +183,24 @@ def _free(predicted: Sequence[Shrinkage], log: str) -> list[Shrinkage]:
 
 
 def _runs(
-    patched: Path, real: Recording, run_again: RunAgain, progress: Callable[[str, float], None]
+    believed: Path,
+    patched: Path,
+    real: Recording,
+    run_again: RunAgain,
+    progress: Callable[[str, float], None],
 ) -> list[Recording]:
-    """Runs with noise of their own. A loop that hunts does so in step with the cycles, or out of
-    it: what two runs differ by says little of what others do.
+    """A run of the plant as believed, then those of the patched one with noise of their own. A loop
+    that hunts does so in step with the cycles, or out of it: what two runs differ by says little of
+    what others do.
     """
-    found: list[Recording] = []
-    for seed in SEEDS:
-        progress(f"gate: the patched plant, run {len(found) + 1}", 0.15 + 0.17 * len(found))
-        found.append(_ran(run_again(patched, real, seed), real, "patched"))
-    return found
+    asked = [(believed, "believed", SEEDS[0]), *((patched, "patched", seed) for seed in SEEDS)]
+
+    def ran(k: int) -> Recording:
+        plant, said, seed = asked[k]
+        progress(f"gate: run {k + 1} of {len(asked)}, the {said} plant", k / len(asked))
+        return _ran(run_again(plant, real, seed), real, said)
+
+    return each(ran, range(len(asked)))
 
 
 def _apart(real: Recording, runs: Sequence[Recording]) -> list[Pairs]:
