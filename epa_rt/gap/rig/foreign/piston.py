@@ -159,7 +159,7 @@ _EFFECTS = (
     ),
     effect(
         "taper",
-        "place",
+        "taper",
         "piston",
         ("piston.taper_ratio",),
         ((0.01,), (-0.01,)),

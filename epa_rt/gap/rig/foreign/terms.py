@@ -237,7 +237,7 @@ _OWN: tuple[Law, ...] = (
     ),
     law(
         "spring",
-        "place",
+        "spring",
         "a force that grows along the way: a cable chain, a bellows",
         "F = k (X - X_0)",
         "drag chain stiffness",
