@@ -127,6 +127,8 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
         return Answer(f"{len(found)} calibrations of {file.calibration_of}", calibrated=found)
     if path.name == "operator.yaml":
         return _describe_operator(source, rig)
+    if "queue" in source.data:  # before 'rig', which a queue may have too
+        return _describe_queue(path)
     if "rig" in source.data:
         return _describe_rig(path, source)
     if "experiment" in source.data:
@@ -136,8 +138,6 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
 
         plant = read_plant(source)
         return Answer(f"plant {plant.name}, {plant.substeps} sub-steps")
-    if "queue" in source.data:
-        return _describe_queue(path)
     raise source.error(
         (),
         "none of the keys rig, experiment, plant, calibration_of, queue",
@@ -151,6 +151,7 @@ def _describe_queue(path: Path) -> Answer:
 
     queue, duration_s = load_queue(path), 0.0
     for item in queue.items:
+        queue.check_files(item)
         inputs = load_inputs(item.experiment, item.rig, item.plant, with_plant=True)
         duration_s += inputs.experiment.duration_s
     return Answer(f"queue {queue.name}, {len(queue.items)} runs, about {duration_s:.0f} s")

@@ -161,6 +161,7 @@ class _Carrier:
         from epa_rt.cli.zero import is_emulated, need_zero_file
         from epa_rt.loop.assembly import WiringError, assemble
 
+        self.queue.check_files(item)
         inputs = load_inputs(
             item.experiment,
             item.rig,
