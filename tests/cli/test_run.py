@@ -161,7 +161,8 @@ def test_a_terminal_without_the_characters_gets_the_table_all_the_same(tmp_path)
 def test_schemas_that_cannot_be_written_are_said_so(tmp_path):
     (tmp_path / "file").write_text("")
     done = epa_here("schema", "-o", tmp_path / "file")
-    assert done.returncode == 4 and done.stderr.count("\n") == 1
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "file, in which nothing can be written (" in done.stderr
 
 
 @pytest.mark.parametrize(
