@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.cli.duration import duration, duration_words
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED
 from epa_rt.cli.outputs import add_json_argument, is_screen
 from epa_rt.cli.screen_text import filled
@@ -154,7 +155,7 @@ def _describe_queue(path: Path) -> Answer:
         queue.check_files(item)
         inputs = load_inputs(item.experiment, item.rig, item.plant, with_plant=True)
         duration_s += inputs.experiment.duration_s
-    return Answer(f"queue {queue.name}, {len(queue.items)} runs, about {duration_s:.0f} s")
+    return Answer(f"queue {queue.name}, {len(queue.items)} runs, about {duration(duration_s)}")
 
 
 def _describe_rig(path: Path, source: "Located") -> Answer:
@@ -203,6 +204,6 @@ def _describe_experiment(source: "Located", rig: "Rig | None") -> Answer:
             ("experiment",), str(error), "loops that go together in one run"
         ) from None
     return Answer(
-        f"experiment {experiment.name}, {len(experiment.phases)} phases, about"
-        f" {experiment.duration_s:.0f} s on {rig.name}"
+        f"experiment {experiment.name} on {rig.name}, {len(experiment.phases)} phases,"
+        f" {duration_words(experiment)}"
     )
