@@ -167,7 +167,9 @@ def _rig_of(recording: "Recording") -> "Rig":
 
     rig = rig_of(recording)
     if rig is None:
-        raise VerbError(f"{recording.path}: found no rig file of ours in the log, expected --rig")
+        raise VerbError(
+            f"{recording.path}: found no rig file of ours in the log, expected --rig RIG"
+        )
     return rig
 
 
@@ -176,7 +178,10 @@ def _plant_of(recording: "Recording") -> "PlantFile":
     from epa_rt.models.plant_file import read_plant
 
     if "plant.yaml" not in recording.attachments:
-        raise VerbError(f"{recording.path}: found no plant file in the log, expected --plant")
+        raise VerbError(
+            f"{recording.path}: found no plant file in the log, expected --rig RIG, which names"
+            " one, or --plant PLANT"
+        )
     return read_plant(
         parse_yaml(
             recording.attachments["plant.yaml"].decode("utf-8", "replace"),

@@ -271,7 +271,7 @@ def _rig_of(source: "Located | None", recordings: "tuple[Recording, ...]") -> "R
     rig = rig_of(recordings[0])
     if rig is None:
         raise VerbError(
-            f"{recordings[0].path}: found no rig file of ours in the log, expected --rig"
+            f"{recordings[0].path}: found no rig file of ours in the log, expected --rig RIG"
         )
     return rig
 
