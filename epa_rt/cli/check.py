@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.cli.duration import duration, duration_words
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED
 from epa_rt.cli.outputs import add_json_argument, is_screen
 from epa_rt.cli.screen_text import filled
@@ -127,6 +128,8 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
         return Answer(f"{len(found)} calibrations of {file.calibration_of}", calibrated=found)
     if path.name == "operator.yaml":
         return _describe_operator(source, rig)
+    if "queue" in source.data:  # before 'rig', which a queue may have too
+        return _describe_queue(path)
     if "rig" in source.data:
         return _describe_rig(path, source)
     if "experiment" in source.data:
@@ -136,8 +139,6 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
 
         plant = read_plant(source)
         return Answer(f"plant {plant.name}, {plant.substeps} sub-steps")
-    if "queue" in source.data:
-        return _describe_queue(path)
     raise source.error(
         (),
         "none of the keys rig, experiment, plant, calibration_of, queue",
@@ -151,9 +152,10 @@ def _describe_queue(path: Path) -> Answer:
 
     queue, duration_s = load_queue(path), 0.0
     for item in queue.items:
+        queue.check_files(item)
         inputs = load_inputs(item.experiment, item.rig, item.plant, with_plant=True)
         duration_s += inputs.experiment.duration_s
-    return Answer(f"queue {queue.name}, {len(queue.items)} runs, about {duration_s:.0f} s")
+    return Answer(f"queue {queue.name}, {len(queue.items)} runs, about {duration(duration_s)}")
 
 
 def _describe_rig(path: Path, source: "Located") -> Answer:
@@ -202,6 +204,6 @@ def _describe_experiment(source: "Located", rig: "Rig | None") -> Answer:
             ("experiment",), str(error), "loops that go together in one run"
         ) from None
     return Answer(
-        f"experiment {experiment.name}, {len(experiment.phases)} phases, about"
-        f" {experiment.duration_s:.0f} s on {rig.name}"
+        f"experiment {experiment.name} on {rig.name}, {len(experiment.phases)} phases,"
+        f" {duration_words(experiment)}"
     )

@@ -17,7 +17,7 @@ import os
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
-from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
+from epa_rt.cli.exits import COMPLETED, VerbError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -104,15 +104,15 @@ def samples_of(run: "Run", trial: int | None) -> slice:
 
 
 def _write(path: Path, write: "Callable[[IO[bytes]], None]", replace: bool) -> None:
+    from epa_rt.cli.write import cannot_write
     from epa_rt.runs.new_file import write_new
 
     try:
         write_new(path, write, replace)
-    except FileExistsError:
-        raise _there(path) from None
+    except FileExistsError as error:
+        raise (_there(path) if os.path.lexists(path) else cannot_write(path, error)) from None
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise VerbError(f"{path}: cannot be written ({reason})", FAILED) from None
+        raise cannot_write(path, error) from None
 
 
 def _there(path: Path) -> VerbError:

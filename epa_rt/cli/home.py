@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
 from epa_rt.cli.screen_text import filled
+from epa_rt.cli.write import written_to
 from epa_rt.cli.zero import UNFINISHED, now, raw_count, who
 
 if TYPE_CHECKING:
@@ -176,5 +177,6 @@ def _write(by_hand: RigByHand, file: "ZeroFile") -> "Path":
     path = zero_path(by_hand.arguments.rig, by_hand.is_emulated)
     if by_hand.is_sim:
         path = by_hand.arguments.out / path.name
-    write_zero(path, file)
+    with written_to(path):
+        write_zero(path, file)
     return path

@@ -138,11 +138,13 @@ def _opened(
 ) -> "tuple[tuple[Recording, ...], Rig, PlantFile, Path | None]":
     """Logs of one rig, that rig, and its plant. Raises VerbError, ConfigError."""
     from epa_rt.cli.gap.inputs import read
-    from epa_rt.config.rig import load_rig
+    from epa_rt.config.rig import rig_from
+    from epa_rt.config.source import load_yaml, named_file
     from epa_rt.models.plant_file import load_plant
 
     refuse_twice(arguments.logs)
-    rig = load_rig(arguments.rig) if arguments.rig else None
+    rig_source = load_yaml(arguments.rig) if arguments.rig else None
+    rig = rig_from(rig_source) if rig_source else None
     recordings = read(arguments.logs, rig)
     names = sorted({recording.rig for recording in recordings})
     if len(names) > 1:
@@ -154,9 +156,9 @@ def _opened(
         )
     if rig is None:
         rig = _rig_of(recordings[0])
-    path = arguments.plant or (
-        arguments.rig and arguments.rig.parent / rig.plant if rig.plant else None
-    )
+    path = arguments.plant
+    if path is None and rig_source is not None and rig.plant:
+        path = named_file(rig_source, ("plant",), arguments.rig.parent / rig.plant)
     return recordings, rig, load_plant(path) if path else _plant_of(recordings[0]), path
 
 
@@ -165,7 +167,9 @@ def _rig_of(recording: "Recording") -> "Rig":
 
     rig = rig_of(recording)
     if rig is None:
-        raise VerbError(f"{recording.path}: found no rig file of ours in the log, expected --rig")
+        raise VerbError(
+            f"{recording.path}: found no rig file of ours in the log, expected --rig RIG"
+        )
     return rig
 
 
@@ -174,7 +178,10 @@ def _plant_of(recording: "Recording") -> "PlantFile":
     from epa_rt.models.plant_file import read_plant
 
     if "plant.yaml" not in recording.attachments:
-        raise VerbError(f"{recording.path}: found no plant file in the log, expected --plant")
+        raise VerbError(
+            f"{recording.path}: found no plant file in the log, expected --rig RIG, which names"
+            " one, or --plant PLANT"
+        )
     return read_plant(
         parse_yaml(
             recording.attachments["plant.yaml"].decode("utf-8", "replace"),

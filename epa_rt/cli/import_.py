@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
 from epa_rt.cli.screen_text import filled
+from epa_rt.cli.write import written_to
 
 if TYPE_CHECKING:
     from epa_rt.config.source import Located
@@ -87,9 +88,8 @@ def _import(arguments: argparse.Namespace) -> int:
         gathered = gather(mapping, located, arguments.files)
         attachments = attachments_of(mapping, located, arguments.files)
         if not arguments.dry:
-            write_log(
-                out, mapping, gathered, attachments, arguments.files
-            )  # before a word is printed: whoever reads it may hang up
+            with written_to(out):  # before a word is printed: whoever reads it may hang up
+                write_log(out, mapping, gathered, attachments, arguments.files)
         print(filled(table_text(mapping, gathered)))
         if not arguments.dry:
             print(filled(f"log: {out} ({out.stat().st_size / 1e6:.1f} MB)"))

@@ -1,12 +1,13 @@
 """epa import --guess: the draft of a mapping, on the screen or in a file, and what is unsure."""
 
-import os
 import sys
 import textwrap
 from pathlib import Path
+from typing import IO
 
 from epa_rt.cli.exits import COMPLETED, VerbError
 from epa_rt.cli.screen_text import filled
+from epa_rt.cli.write import written_to
 
 _WIDTH = 79
 _MOST_SAID = 40
@@ -43,17 +44,17 @@ def draft(files: list[Path], out: Path | None) -> int:
 
 
 def _write(out: Path, text: str) -> None:
-    partial = out.with_name(f".{out.name}.{os.getpid()}.part")
+    from epa_rt.runs.new_file import write_new
+
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_text(text, encoding="utf-8")
-        os.link(partial, out)
+        with written_to(out):
+            write_new(out, lambda file: _all(file, text))
     except FileExistsError:
         raise VerbError(f"{out}: found a file, expected a name that is free") from None
-    except OSError as error:
-        raise VerbError(f"{out}: cannot be written ({error.strerror})") from None
-    finally:
-        partial.unlink(missing_ok=True)
+
+
+def _all(file: IO[bytes], text: str) -> None:
+    file.write(text.encode())
 
 
 def _wrapped(sentences: list[str]) -> str:

@@ -99,10 +99,13 @@ class FigureLine:
         if self._speed is not None:
             parts.append(f"{factor * measured[self._speed]:6.2f} {unit}/s")
         parts += [f"{measured[name]:6.1f} N" for name in self._forces]
+        pressures = []
         for i, (name, signal) in enumerate(self._pressures):
             mark = "*" if i == selected and len(self._pressures) > 1 else ""
             gauge_kpa = (measured[signal] - self._atmosphere_pa) / 1e3
-            parts.append(f"{mark}{name} {gauge_kpa:5.1f} kPa")
+            pressures.append(f"{mark}{name} {gauge_kpa:5.1f}")
+        if pressures:
+            parts.append(f"{', '.join(pressures)} kPa gauge")
         if jog.note:
             parts.append(jog.note)
         return " | ".join(parts)[:WIDTH].ljust(WIDTH)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from epa_rt.cli.exits import VerbError
 from epa_rt.cli.inputs import Inputs
-from epa_rt.cli.write import cannot_write
+from epa_rt.cli.write import cannot_write, written_to
 
 _NOT_FREE = "{}: found a file, expected a name that is free (no log is overwritten)"
 
@@ -16,10 +16,8 @@ def take_log_path(out: Path, inputs: Inputs) -> Path:
     The file is made here, empty, so that a run that starts at the same time takes another name.
     """
     folder = out.parent if out.suffix == ".mcap" else out
-    try:
+    with written_to(out if out.suffix == ".mcap" else folder / "*.mcap"):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise VerbError(f"{folder}: cannot make the folder ({error.strerror})") from None
     if out.suffix == ".mcap":
         check_free(out)
         if not _taken(out):

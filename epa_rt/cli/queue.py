@@ -24,6 +24,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.cli.duration import duration
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, STOPPED, TRIPPED, VerbError
 from epa_rt.cli.inputs import Inputs, add_backend_arguments, add_supply_argument, load_inputs
 from epa_rt.cli.run_record import add_record_arguments
@@ -161,6 +162,7 @@ class _Carrier:
         from epa_rt.cli.zero import is_emulated, need_zero_file
         from epa_rt.loop.assembly import WiringError, assemble
 
+        self.queue.check_files(item)
         inputs = load_inputs(
             item.experiment,
             item.rig,
@@ -196,10 +198,10 @@ class _Carrier:
             duration_s, found = planned[key]
             findings += [f"run {item.number} ({item.says}): {sentence}" for sentence in found]
             total_s += duration_s
-            print(f"{item.number:4}  {run.status:<9} {_time(duration_s):>9}  {item.says}")
+            print(f"{item.number:4}  {run.status:<9} {duration(duration_s):>9}  {item.says}")
         for finding in findings:
             print(f"FINDING: {finding}")
-        print(f"about {_time(total_s)} on a rig; logs go to {self.out}")
+        print(f"about {duration(total_s)} on a rig; logs go to {self.out}")
         if findings and not self.arguments.dry:
             raise VerbError(
                 f"found {len(findings)} motions that a rig cannot follow, expected none"
@@ -356,11 +358,3 @@ class _Carrier:
             save_state(self.path, self.state)
         except OSError as error:
             raise cannot_write(self.path, error) from None
-
-
-def _time(seconds: float) -> str:
-    """'1 h 5 min', '3 min 20 s', '27 s'."""
-    whole = round(seconds)
-    if whole >= 3600:
-        return f"{whole // 3600} h {whole % 3600 // 60} min"
-    return f"{whole // 60} min {whole % 60} s" if whole >= 60 else f"{whole} s"

@@ -24,6 +24,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.cli.duration import duration_words
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError, code_of_run
 from epa_rt.cli.inputs import (
     Inputs,
@@ -165,10 +166,13 @@ def driven(
     views: "Views | None" = None,
     requests: "OperatorRequests | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
-    """One run, recorded into ``out``, on the rig that the backend's arguments say. ``seed``,
+    """One run, recorded into ``out``, on the rig that the backend's arguments say. Says how long
+    it takes before it starts. ``seed``,
     ``speed``: of a simulated one. Raises VerbError.
     """
     check_free(out)
+    takes = f"{inputs.experiment.name} takes {duration_words(inputs.experiment)}"
+    print(filled(takes), flush=True)
     progress = not arguments.quiet
     if arguments.backend == "sim":
         return run_simulated(inputs, out, seed, speed, progress, views=views, requests=requests)

@@ -9,7 +9,8 @@ import argparse
 import json
 from pathlib import Path
 
-from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
+from epa_rt.cli.exits import COMPLETED
+from epa_rt.cli.write import write_whole
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -41,10 +42,6 @@ def main(arguments: argparse.Namespace) -> int:
             print(text, end="")
             continue
         path = arguments.out / f"{kind}.json"
-        try:
-            arguments.out.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise VerbError(f"{path}: cannot be written ({error.strerror})", FAILED) from None
+        write_whole(path, text)
         print(path)
     return COMPLETED

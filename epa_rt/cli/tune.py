@@ -249,13 +249,16 @@ def _answer(arguments: argparse.Namespace, logs: list[Path]) -> int:
 
 
 def _write_pictures(folder: Path, answer: "Answer") -> None:
+    from epa_rt.cli.write import written_to
     from epa_rt.study.report.page import PictureError, write_pictures
     from epa_rt.tune.report.pictures import figures_of
 
     try:
-        for path in write_pictures(folder, figures_of(answer)):
+        with written_to(folder / "*.png"):
+            paths = write_pictures(folder, figures_of(answer))
+        for path in paths:
             print(path)
-    except (PictureError, OSError) as error:
+    except PictureError as error:
         raise VerbError(str(error)) from None
 
 
@@ -268,7 +271,7 @@ def _rig_of(source: "Located | None", recordings: "tuple[Recording, ...]") -> "R
     rig = rig_of(recordings[0])
     if rig is None:
         raise VerbError(
-            f"{recordings[0].path}: found no rig file of ours in the log, expected --rig"
+            f"{recordings[0].path}: found no rig file of ours in the log, expected --rig RIG"
         )
     return rig
 

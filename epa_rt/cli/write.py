@@ -2,17 +2,19 @@
 one or the new one.
 """
 
+import contextlib
 import errno
 import itertools
 import os
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 from epa_rt.cli.exits import FAILED, VerbError
 from epa_rt.cli.outputs import is_screen, keep_answer
 from epa_rt.config.kinds import named
 
-_NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
+_NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS, errno.EEXIST, errno.ENOTDIR)
 MAGIC = b"\x89MCAP0\r\n"
 
 
@@ -23,7 +25,7 @@ def write_whole(path: Path, text: str) -> None:
     """
     if is_screen(path) and keep_answer(text):
         return
-    try:
+    with written_to(path):
         _refuse_log(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(
@@ -42,6 +44,13 @@ def write_whole(path: Path, text: str) -> None:
             except BaseException:
                 os.unlink(file.name)  # a full disk, or Ctrl-C: no scraps
                 raise
+
+
+@contextlib.contextmanager
+def written_to(path: Path) -> Iterator[None]:
+    """What the disk refuses while a file is written becomes one sentence. Raises VerbError."""
+    try:
+        yield
     except OSError as error:
         raise cannot_write(path, error) from None
 
@@ -51,11 +60,16 @@ def cannot_write(path: Path, error: OSError) -> VerbError:
     failure where the disk did not take this one.
     """
     if error.errno not in _NOT_ALLOWED:
-        return VerbError(f"{path}: cannot be written ({error.strerror})", FAILED)
+        return VerbError(f"{path}: cannot be written ({error.strerror or error})", FAILED)
     return VerbError(
-        f"{path}: found {path.parent}, in which nothing can be written ({error.strerror}), expected"
-        " a folder that takes files"
+        f"{path}: found {_folder_of(path)}, in which nothing can be written ({error.strerror}),"
+        " expected a folder that takes files"
     )
+
+
+def _folder_of(path: Path) -> Path:
+    """Where a file would be made: its folder, or the nearest one above that is there."""
+    return next(parent for parent in path.absolute().parents if os.path.exists(parent))
 
 
 def _refuse_log(path: Path) -> None:
@@ -104,7 +118,6 @@ def check_writable(path: Path | None, endings: tuple[str, ...]) -> None:
             f"{path}: found a file that is not to be written over (read-only), expected another"
             " name"
         )
-    folder = next(parent for parent in path.absolute().parents if parent.exists())
     try:
         _refuse_log(path)
     except OSError as error:
@@ -112,6 +125,7 @@ def check_writable(path: Path | None, endings: tuple[str, ...]) -> None:
             f"{path}: found a file that cannot be read ({error.strerror}), expected a name that is"
             " free or a file to write over"
         ) from None
+    folder = _folder_of(path)
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import TRIPPED, VerbError
+from epa_rt.cli.write import written_to
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -126,7 +127,8 @@ def keep_end(
     file = zero_path(path, emulated)
     zero = read_zero(file, rig.name)
     if zero is not None:
-        write_zero(file, zero.model_copy(update={"end": end}))
+        with written_to(file):
+            write_zero(file, zero.model_copy(update={"end": end}))
 
 
 def _lost_position(rig: "Rig", result: "RunResult") -> bool:
@@ -150,7 +152,7 @@ def bring_zero(rig: "Rig", source: Path | None, copy: Path) -> list[str]:
     """Puts the zero files of a rig file beside a copy of it. Gives what is to be said of each.
 
     Not of a wired drive: where its last run ended stands in one file only, else the copy would
-    believe an older one. ``source`` None: the copy is out of a log. Raises OSError, ConfigError.
+    believe an older one. ``source`` None: the copy is out of a log. Raises VerbError, ConfigError.
     """
     from epa_rt.config.zero_file import read_zero, write_zero, zero_path
 
@@ -166,7 +168,8 @@ def bring_zero(rig: "Rig", source: Path | None, copy: Path) -> list[str]:
         if there.exists():
             said.append(f"note: {there} was there before and stays: epa home --rig {copy}")
         else:
-            write_zero(there, zero)
+            with written_to(there):
+                write_zero(there, zero)
             said.append(str(there))
     return said
 

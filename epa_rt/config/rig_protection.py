@@ -46,7 +46,7 @@ def findings(rig: "Rig", located: Located) -> tuple[Finding, ...]:
 def _findings(rig: "Rig", located: Located) -> Iterator[Finding]:
     for rule in RULES:
         for breach in rule.breaches(rig):
-            name = f"{rule.name} of {breach.row}" if breach.row else rule.name
+            name = f"{breach.row} (rule {rule.name})" if breach.row else f"rule {rule.name}"
             error = ConfigError(
                 located.path, located.line(breach.where), name, breach.found, breach.expected
             )

@@ -6,7 +6,15 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, field_validator
 
 from epa_rt.config.fields import Frozen, Name, atmosphere_pa, written
-from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, split_quantity, unit
+from epa_rt.config.units import (
+    UnitError,
+    parse_pressure,
+    parse_quantity,
+    readable,
+    readable_range,
+    split_quantity,
+    unit,
+)
 
 # suffix of a signal's name -> SI unit; longest first
 SUFFIX_UNITS = {
@@ -42,6 +50,31 @@ def si_unit_of(name: str) -> str:
         f"found the name '{name}', expected a name that ends in its unit, one of"
         f" {', '.join(SUFFIX_UNITS)}"
     )
+
+
+def reading(name: str, value: float) -> str:
+    """A value of a signal, SI, as a person reads it: '12.3 mm', '910 kPa abs'."""
+    return readable(value, _read_unit(name), 4)
+
+
+def reading_and_limits(name: str, value: float, low: float, high: float) -> tuple[str, str]:
+    """A value and its limits, with digits enough to tell them apart: '360.25 N' and
+    '-40 to 350 N'.
+    """
+    unit_text = _read_unit(name)
+    return readable(value, unit_text), readable_range((low, high), unit_text)
+
+
+def reading_error(name: str, error: float) -> str:
+    """A difference of a signal: '+3.1 kPa', '-2 deg'."""
+    text = readable(error, _read_unit(name).removesuffix(" abs"), 3)
+    return text if error < 0.0 else f"+{text}"
+
+
+def _read_unit(name: str) -> str:
+    """Never raises, for the safety's sentences are made while a rig trips."""
+    si_unit = next((si for end, si in SUFFIX_UNITS.items() if name.endswith(end)), "")
+    return "Pa abs" if si_unit == "Pa" else si_unit
 
 
 def _pair(value: Any) -> tuple[Any, Any]:

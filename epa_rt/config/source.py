@@ -137,7 +137,7 @@ def named_file(located: Located, where: Location, path: Path) -> Path:
     """
     try:
         path.stat()
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         raise located.error(
             where, f"no such file as {path}", f"one that is there{did_you_mean(path)}"
         ) from None

@@ -36,10 +36,10 @@ def plain(value: float, digits: int = 6) -> str:
     return f"{Decimal(text):f}" if "e" in text else text
 
 
-def readable(value: float, si_unit: str) -> str:
+def readable(value: float, si_unit: str, digits: int = 6) -> str:
     """A value in SI as a person reads it: '31 mm', '40 kN', '2000 kPa abs' of 'Pa abs'."""
     factor, unit_text = _read_in(abs(value), si_unit)
-    return with_unit(plain(factor * value), unit_text)
+    return with_unit(plain(factor * value, digits), unit_text)
 
 
 def readable_range(ends: tuple[float, float], si_unit: str) -> str:

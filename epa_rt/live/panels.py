@@ -196,7 +196,9 @@ def health(run: WatchedRun, width: int) -> Text:
         if status.failure:
             second.append(status.failure, _BAD)
         else:
-            second.append(f"ring {100 * status.ring_ratio:.0f} %, {status.log_bytes / 1e6:.1f} MB")
+            second.append(
+                f"buffer {100 * status.ring_ratio:.0f} % full, log {status.log_bytes / 1e6:.1f} MB"
+            )
         second.append(f" | {status.viewers} viewer{'s' * (status.viewers != 1)}")
     if run.skipped_rows:
         second.append(f" | {run.skipped_rows} cycles not shown here", _WARN)

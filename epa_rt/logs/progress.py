@@ -28,8 +28,8 @@ _COLUMNS = 79  # a line that wraps cannot be overwritten
 
 
 class ProgressLine:
-    """Writes state, phase, time, share, estimated end and ring fill; overwrites itself on a
-    terminal.
+    """Writes state, phase, time, share, estimated end and the fill of the recorder's buffer;
+    overwrites itself on a terminal.
     """
 
     def __init__(
@@ -67,18 +67,18 @@ class ProgressLine:
     ) -> str:
         """The line itself, without an end. ``over``: nothing more comes, and nothing is left."""
         begin = f"{_name(self._states, state)} | {_name(self._phases, phase)} |"
-        ring = f"ring {100 * fill_ratio:.0f} %"
+        buffer = f"buffer {100 * fill_ratio:.0f} % full"
         period_s = self._spec.period_s
         if self._spec.total_cycles_estimate <= 1:  # moved by hand or homed: nobody knows how long
-            return f"{begin} {_clock(cycles * period_s)} | {ring}"
+            return f"{begin} {_clock(cycles * period_s)} | {buffer}"
         total = max(self._spec.total_cycles_estimate, cycles)
         times = f"{_clock(cycles * period_s)} of {_clock(total * period_s)}"
         if over:
-            return f"{begin} {times} | {ring}"
+            return f"{begin} {times} | {buffer}"
         begin_s, begin_cycles = self._begin or (now_s, cycles)
         done, elapsed_s = cycles - begin_cycles, now_s - begin_s
         left = _clock(elapsed_s / done * (total - cycles)) if done > 0 else "--:--"
-        return f"{begin} {times} | {100 * cycles // total:3d} % | {left} left | {ring}"
+        return f"{begin} {times} | {100 * cycles // total:3d} % | {left} left | {buffer}"
 
     def finish(self) -> None:
         """Print where it ended, and leave the terminal on a line of its own."""

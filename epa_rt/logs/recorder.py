@@ -310,7 +310,7 @@ class Recorder:
             return None
         counts = (("sample", self._lost_samples), ("event", self._lost_events))
         lost = " and ".join(f"{count} {noun}{'s' * (count > 1)}" for noun, count in counts if count)
-        return f"recorder lost {lost}: the ring was full"
+        return f"recorder lost {lost}: its buffer was full"
 
 
 def _plain(value: object) -> object:

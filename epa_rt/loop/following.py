@@ -24,8 +24,8 @@ def of_the_air(valves: tuple[tuple[SetAndHold, str], ...]) -> str:
         if valve.drifting and abs(gained_pa) > AIR_SHARE * valve.target_pa:
             suspect = "inlet stuck open" if gained_pa > 0.0 else "exhaust stuck open or leak"
             return (
-                f"; {name}: {suspect}? It is at {valve.estimate_pa / 1e3:.1f} kPa, with both valves"
-                f" closed since {valve.target_pa / 1e3:.1f} kPa"
+                f"; {name}: {suspect}? It is at {valve.estimate_pa / 1e3:.1f} kPa abs, with both"
+                f" valves closed since {valve.target_pa / 1e3:.1f} kPa abs"
             )
     return ""
 

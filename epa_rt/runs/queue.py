@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.config.kinds import expect_kind
-from epa_rt.config.source import Located, load_yaml, validate
+from epa_rt.config.source import Located, Location, load_yaml, named_file, validate
 
 if TYPE_CHECKING:
     from epa_rt.config.queue import QueuedRun, QueueFile
@@ -28,6 +28,7 @@ class Item:
     speed: float | None
     notes: str
     fingerprint: str
+    named: tuple[tuple[Location, Path], ...] = ()  # its files, by the place that names each
 
     @property
     def says(self) -> str:
@@ -43,6 +44,12 @@ class Queue:
     items: tuple[Item, ...]
     out: Path | None
     sha256: str
+    source: Located
+
+    def check_files(self, item: Item) -> None:
+        """Raises ConfigError at the place of this file that names one which is not there."""
+        for where, path in item.named:
+            named_file(self.source, where, path)
 
 
 def load_queue(path: Path, rig: Path | None = None) -> Queue:
@@ -66,17 +73,23 @@ def load_queue(path: Path, rig: Path | None = None) -> Queue:
         file = validate(located, QueueFile)
     digest = hashlib.sha256(located.text.encode()).hexdigest()
     out = None if file.out is None else path.parent / file.out
-    return Queue(file.queue, path, _items(located, file, rig), out, digest)
+    return Queue(file.queue, path, _items(located, file, rig), out, digest, located)
 
 
 def _items(located: Located, file: "QueueFile", rig: Path | None) -> tuple[Item, ...]:
     folder = located.path.parent
     items: list[Item] = []
     for i, run in enumerate(file.runs):
+        row: Location = ("runs", i)
         found = folder / run.rig if run.rig else folder / file.rig if file.rig else rig
         if found is None:
-            raise located.error(("runs", i), "a run without a rig", "rig: FILE, or --rig RIG")
+            raise located.error(row, "a run without a rig", "rig: FILE, or --rig RIG")
         plant = folder / run.options.plant if run.options.plant else None
+        named: list[tuple[Location, Path]] = [((*row, "experiment"), folder / run.experiment)]
+        if run.rig or file.rig:
+            named.append(((*row, "rig") if run.rig else ("rig",), found))
+        if plant is not None:
+            named.append(((*row, "options", "plant"), plant))
         for repetition in range(run.repeat):
             items.append(
                 Item(
@@ -89,6 +102,7 @@ def _items(located: Located, file: "QueueFile", rig: Path | None) -> tuple[Item,
                     run.options.speed,
                     run.notes,
                     _fingerprint(run, str(found), repetition),
+                    tuple(named),
                 )
             )
     return tuple(items)

@@ -3,6 +3,7 @@
 import math
 
 from epa_rt.config.rig import Rig
+from epa_rt.config.rig_rows import reading, reading_error
 from epa_rt.safety.gas_watch import Refusal
 from epa_rt.safety.muscle_law import geometry_of
 
@@ -61,14 +62,14 @@ class AtRest:
 
     def _judge(self) -> None:
         """Each reading against its band; the first one beyond it ends the run."""
-        for signal, wrong, unit, scale, band, hint, what in self._errors():
+        for signal, wrong, band, hint, what in self._errors():
             if not abs(wrong) <= band:
                 self.refusal = self.refusal or (CAUSE, signal, f"{signal} {what}")
             elif abs(wrong) > hint:
                 self.hints.append(
                     (
                         "hint",
-                        f"{signal} is {scale * wrong:+.3g} {unit} off at rest: calibrate it",
+                        f"{signal} is {reading_error(signal, wrong)} off at rest: calibrate it",
                         {"signal": signal, "error": wrong},
                     )
                 )
@@ -81,10 +82,8 @@ class AtRest:
                     " wire and its converter",
                 )
 
-    def _errors(self) -> list[tuple[str, float, str, float, float, float, str]]:
-        """Signal, error in SI, unit and scale for people, band, hint, sentence where it is
-        beyond.
-        """
+    def _errors(self) -> list[tuple[str, float, float, float, str]]:
+        """Signal, error in SI, band, hint, sentence where it is beyond."""
         rig, sensors, mean = self._rig, self._sensors, self._mean
         found = []
         for muscle in rig.muscles:
@@ -94,8 +93,6 @@ class AtRest:
                 (
                     muscle.pressure,
                     wrong,
-                    "kPa",
-                    1e-3,
                     sensors.vented,
                     sensors.vented_hint,
                     f"reads {wrong / 1e3:+.1f} kPa gauge with {muscle.name} vented, more than"
@@ -111,8 +108,6 @@ class AtRest:
                 (
                     motor.current,
                     wrong,
-                    "A",
-                    1.0,
                     sensors.current_zero,
                     sensors.current_zero_hint,
                     f"reads {wrong:+.3f} A without power, more than {sensors.current_zero:g} A;"
@@ -126,13 +121,11 @@ class AtRest:
                 (
                     name,
                     wrong,
-                    rig.row(name).si_unit,
-                    1.0,
                     rest.band,
                     0.5 * rest.band,
-                    f"reads {mean[name]:.4g} {rig.row(name).si_unit} with the muscles vented, where"
-                    f" the joint lies at {rest.at:.4g}; check its calibration, its wire, what holds"
-                    " the joint",
+                    f"reads {reading(name, mean[name])} with the muscles vented, where the joint"
+                    f" lies at {reading(name, rest.at)}; check its calibration, its wire, what"
+                    " holds the joint",
                 )
             )
         supply_pa = next((m.valves.supply for m in rig.muscles if m.valves.supply), None)
@@ -142,17 +135,15 @@ class AtRest:
                 (
                     sensors.supply,
                     wrong,
-                    "kPa",
-                    1e-3,
                     sensors.supply_band * supply_pa,
                     0.5 * sensors.supply_band * supply_pa,
-                    f"reads {mean[sensors.supply] / 1e3:.0f} kPa, where the rig file says"
-                    f" {supply_pa / 1e3:.0f} kPa; check the regulator, the sensor",
+                    f"reads {mean[sensors.supply] / 1e3:.0f} kPa abs, where the rig file says"
+                    f" {supply_pa / 1e3:.0f} kPa abs; check the regulator, the sensor",
                 )
             )
         return found
 
-    def _forces(self) -> list[tuple[str, float, str, float, float, float, str]]:
+    def _forces(self) -> list[tuple[str, float, float, float, str]]:
         """Rows of forces at zero; one whose muscle's law is known may be pulled by its rubber, or
         by a braid that is locked.
         """
@@ -177,8 +168,6 @@ class AtRest:
                 (
                     row.name,
                     over,
-                    "N",
-                    1.0,
                     band,
                     sensors.unloaded_hint * most,
                     f"reads {read:+.1f} N with the muscles vented, more than {band:.0f} N from what"

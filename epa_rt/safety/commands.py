@@ -3,6 +3,7 @@ jump.
 """
 
 from epa_rt.config.rig import Cia402Drive, Rig
+from epa_rt.config.rig_rows import reading
 
 INFINITE = float("inf")
 ENABLE_OPERATION = 0x0F
@@ -143,12 +144,16 @@ class CommandGate:
             self._target
             and not abs(targets[self._target] - measured[self._position]) <= self.jump_si
         ):
-            distance = abs(targets[self._target] - measured[self._position])
-            text = f"{self._target} stands {distance:.4g} from {self._position} when power comes on"
+            far = reading(self._target, abs(targets[self._target] - measured[self._position]))
+            text = f"{self._target} stands {far} from {self._position} when power comes on"
             return "jump at enable", self._target, text
         for name in self._rates:
             if targets[name] != self._safe[name]:
-                return "jump at enable", name, f"{name} = {targets[name]:.4g} when power comes on"
+                return (
+                    "jump at enable",
+                    name,
+                    f"{name} = {reading(name, targets[name])} when power comes on",
+                )
         return None
 
     def _limits(self, command: dict[str, float]) -> Refusal | None:

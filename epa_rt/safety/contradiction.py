@@ -3,6 +3,7 @@ while it moves.
 """
 
 from epa_rt.config.rig import Rig
+from epa_rt.config.rig_rows import reading
 
 JUMP_SHARE = 1.5  # of what the speed row's limit allows in the time between two positions
 APART_S = 0.004  # of travel at that limit, by which the two may differ: the drive filters its speed
@@ -81,12 +82,14 @@ class MotionCheck:
     def _judge(self, moved: float, could_move_s: float) -> Refusal | None:
         """What is too far for one cycle: a jump, unless the last position may have been held."""
         if not abs(moved) <= self._jump * could_move_s:
+            far = reading(self._position, moved)
             return (
                 "position jump",
                 self._position,
-                f"{self._position} jumped by {moved:.4g} in {1e3 * could_move_s:g} ms",
+                f"{self._position} jumped by {far} in {1e3 * could_move_s:g} ms",
             )
         if not abs(self._apart) <= self._most_apart:
-            text = f"{self._position} and {self._speed} contradict each other by {self._apart:.4g}"
+            apart = reading(self._position, self._apart)
+            text = f"{self._position} and {self._speed} contradict each other by {apart}"
             return "contradiction", self._position, text
         return None

@@ -8,6 +8,7 @@ the stop outputs (brake and hold under power) or the safe ones.
 from collections.abc import Callable
 
 from epa_rt.config.rig import Rig
+from epa_rt.config.rig_rows import reading_and_limits
 from epa_rt.safety.bus_budget import BusBudget
 from epa_rt.safety.commands import CommandGate
 from epa_rt.safety.contradiction import MotionCheck
@@ -152,10 +153,8 @@ class Envelope:
             self.trip("NaN", name, f"{name} is not a number", cycle)
             return
         cause = OVER_RANGE_CAUSE.get(si_unit, "out of limits")
-        unit_text = "" if si_unit == "1" else f" {si_unit}"
-        self.trip(
-            cause, name, f"{name} = {value:.6g}{unit_text}, outside [{low:.6g}, {high:.6g}]", cycle
-        )
+        found, limits = reading_and_limits(name, value, low, high)
+        self.trip(cause, name, f"{name} = {found}, outside {limits}", cycle)
 
 
 def half_count(rig: Rig) -> float:

@@ -39,7 +39,9 @@ class GasWatch:
         self._slows, self._travel = sensors.fill_slows, rig.motor.position
         self._supply_pa = muscle.valves.supply or math.inf
         self._supply_text = (
-            f"or the supply below {self._supply_pa / 1e3:.0f} kPa" if muscle.valves.supply else ""
+            f"or the supply below {self._supply_pa / 1e3:.0f} kPa abs"
+            if muscle.valves.supply
+            else ""
         )
         self._keep, self._follow = 1.0 - dt_s / FORGET_S, dt_s / SLOW_S
         self._rate_max_pa_s = sensors.pressure_rate_max
@@ -94,7 +96,7 @@ class GasWatch:
             if self._open_s >= 2.0 * self._dead_s:
                 if gas_pa - self._low_pa < self._rise_pa:
                     return self._refused(
-                        f"stays at {read_pa / 1e3:.1f} kPa while {self._inlet} is open",
+                        f"stays at {read_pa / 1e3:.1f} kPa abs while {self._inlet} is open",
                         "the pressure sensor (frozen, its hose), the inlet (stuck, exchanged with"
                         " the exhaust), the supply",
                     )
@@ -122,7 +124,7 @@ class GasWatch:
         if self._slow_windows < 2 or share > NEAR_SHARE:
             return None
         return self._refused(
-            f"reads {read_pa / 1e3:.0f} kPa, but fills as slowly as one near the supply does"
+            f"reads {read_pa / 1e3:.0f} kPa abs, but fills as slowly as one near the supply does"
             f" ({rate / 1e3:.0f} kPa/s)",
             f"the pressure sensor (reads low, its calibration), {self._supply_text}",
         )
@@ -133,7 +135,7 @@ class GasWatch:
             self._slow_pa = gas_pa
         if gas_pa - self._slow_pa > STEP_PA:
             return self._refused(
-                f"rises to {gas_pa / 1e3:.1f} kPa while {self._exhaust} is open",
+                f"rises to {gas_pa / 1e3:.1f} kPa abs while {self._exhaust} is open",
                 "the valves (inlet and exhaust exchanged, inlet stuck open)",
             )
         return None
@@ -149,12 +151,12 @@ class GasWatch:
             return None
         if change > 0.0:
             return self._refused(
-                f"rises to {read_pa / 1e3:.1f} kPa with both valves shut",
+                f"rises to {read_pa / 1e3:.1f} kPa abs with both valves shut",
                 f"the inlet (leaks, stuck open), {self.pressure}, {self._travel} (its"
                 " calibration: does it move further than it reads?)",
             )
         return self._refused(
-            f"falls to {read_pa / 1e3:.1f} kPa with both valves shut",
+            f"falls to {read_pa / 1e3:.1f} kPa abs with both valves shut",
             f"the muscle (burst, hose off), the exhaust, the pressure sensor at {self.pressure}",
         )
 

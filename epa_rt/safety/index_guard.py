@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 from epa_rt.config.rig import Cia402Drive, Rig
 from epa_rt.config.rig_homing import IndexWay
+from epa_rt.config.rig_rows import reading
 from epa_rt.safety.commands import START_HOMING
 from epa_rt.safety.recovery import SPEED_RATIO, RecoveryGuard, Refusal
 
@@ -114,8 +115,8 @@ class IndexGuard(RecoveryGuard):
             self._elsewhere = (
                 "position jump",
                 self._position,
-                f"{self._position} jumped by {jump:.4g} to {position:.4g} while the drive homed,"
-                f" expected {self._way.home:.4g} (0x30B0), its home",
+                f"{self._position} jumped by {self._read(jump)} to {self._read(position)} while the"
+                f" drive homed, expected {self._read(self._way.home)} (0x30B0), its home",
             )
 
     def step(self, measured: Mapping[str, float]) -> Refusal | None:
@@ -134,8 +135,9 @@ class IndexGuard(RecoveryGuard):
         return (
             "over-travel",
             self._speed_row,
-            f"by {self._speed_row} the motor went {self._by_speed:.4g} since the start, more than"
-            f" {self._furthest:.4g}, and by {self._position} {self.moved:.4g}",
+            f"by {self._speed_row} the motor went {self._read(self._by_speed)} since the start,"
+            f" more than {self._read(self._furthest)}, and by {self._position}"
+            f" {self._read(self.moved)}",
         )
 
     def _beyond_home(self, measured: Mapping[str, float]) -> Refusal | None:
@@ -144,15 +146,18 @@ class IndexGuard(RecoveryGuard):
             return (
                 "over-travel",
                 self._position,
-                f"{self._position} went {away:.4g} from the home that was set, more than"
-                f" {self._way.landing:.4g}",
+                f"{self._position} went {self._read(away)} from the home that was set, more than"
+                f" {self._read(self._way.landing)}",
             )
         self._since_s += self._dt_s
         if self._since_s > self._way.confirm_s and not int(measured[self._status]) & REFERENCED:
             return (
                 "position jump",
                 self._position,
-                f"{self._position} jumped by {self.shift:.4g} while the drive homed, and the drive"
-                " does not call itself referenced",
+                f"{self._position} jumped by {self._read(self.shift)} while the drive homed, and"
+                " the drive does not call itself referenced",
             )
         return None
+
+    def _read(self, travel: float) -> str:
+        return reading(self._position, travel)

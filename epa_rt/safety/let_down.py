@@ -7,6 +7,7 @@ let-down speed; what the motor does otherwise ends it with a sentence.
 from collections.abc import Mapping
 
 from epa_rt.config.rig import Cia402Drive, Rig
+from epa_rt.config.rig_rows import reading, reading_and_limits
 
 ENABLED, STATE_MASK = 0x27, 0x6F  # of the status word, as in CiA 402: operation enabled
 POSITION_MODE, SPEED_MODE = 8.0, 9.0
@@ -131,26 +132,33 @@ class LetDown:
             return f"{self._speed} cannot be believed"
         position, speed = measured[self._position], measured[self._speed]
         if not abs(speed) <= self._too_fast:
-            return f"{self._speed} = {speed:.4g}, beyond {self._too_fast:.4g}"
+            return (
+                f"{self._speed} = {reading(self._speed, speed)}, beyond"
+                f" {reading(self._speed, self._too_fast)}"
+            )
         distance = abs(self._place - position)
         if distance < self._nearest:
             self._nearest = distance
         if not distance <= self._nearest + self._away:
             return (
-                f"{self._position} = {position:.4g} goes away from {self._place_name}"
-                f" ({self._place:.4g})"
+                f"{self._position} = {self._read(position)} goes away from {self._place_name}"
+                f" ({self._read(self._place)})"
             )
         if self._is_position and not abs(self._target - position) <= self._following:
             return (
-                f"{self._position} = {position:.4g} does not follow {self._target:.4g}"
-                f" within {self._following:.4g}"
+                f"{self._position} = {self._read(position)} does not follow"
+                f" {self._read(self._target)} within {self._read(self._following)}"
             )
         for bit, name, low, high in self._bounds:
             if not not_believed & bit and not low <= measured[name] <= high:
-                return f"{name} = {measured[name]:.4g}, outside [{low:.4g}, {high:.4g}]"
+                found, limits = reading_and_limits(name, measured[name], low, high)
+                return f"{name} = {found}, outside {limits}"
         if self._age > self._longest and not self.arrived:
-            return f"{self._position} = {position:.4g} is not at {self._place_name} in time"
+            return f"{self._position} = {self._read(position)} is not at {self._place_name} in time"
         return ""
+
+    def _read(self, travel: float) -> str:
+        return reading(self._position, travel)
 
     def _go_on(self, position: float) -> None:
         """Speeds up by a ramp, slows down as the rest place comes near."""

@@ -3,6 +3,7 @@
 import math
 
 from epa_rt.config.rig import Cia402Drive, Joint, Muscle, Rig
+from epa_rt.config.rig_rows import reading_error
 from epa_rt.safety.gas_watch import CAUSE, Refusal
 from epa_rt.safety.muscle_law import MuscleGeometry
 from epa_rt.signals.image import image_of
@@ -255,7 +256,8 @@ class JointWatch:
                 CAUSE,
                 self._joint,
                 f"{self._joint} goes the other way: {1e3 * moved:+.1f} mm of {self._travel} moved"
-                f" it by {followed / self._lever:+.4f}; check the sign of the joint's lever_arm and"
-                f" of the calibration of {self._joint}, the encoder's direction",
+                f" it by {reading_error(self._joint, followed / self._lever)}; check the sign of"
+                f" the joint's lever_arm and of the calibration of {self._joint}, the encoder's"
+                " direction",
             )
         return None

@@ -8,7 +8,7 @@ limits mean nothing, and the distance moved since the start is bounded. All else
 from collections.abc import Callable, Mapping
 
 from epa_rt.config.rig import Cia402Drive, Rig
-from epa_rt.config.rig_rows import SignalRow
+from epa_rt.config.rig_rows import SignalRow, reading, reading_and_limits
 from epa_rt.safety.envelope import Envelope
 from epa_rt.safety.let_down import SPEED_MODE, LetDown
 from epa_rt.safety.trip import OVER_RANGE_CAUSE
@@ -53,12 +53,12 @@ class WayBack:
 
     def _refusal(self, value: float) -> Refusal:
         low, high = self._limits
+        found, limits = reading_and_limits(self.name, value, low, high)
         way = "further out of" if self.outside else "out of"
         return (
             OVER_RANGE_CAUSE[self._si_unit],
             self.name,
-            f"{self.name} = {value:.6g} {self._si_unit} goes {way} its limits [{low:.6g},"
-            f" {high:.6g}]: move the other way",
+            f"{self.name} = {found} goes {way} its limits {limits}: move the other way",
         )
 
 
@@ -107,14 +107,15 @@ class RecoveryGuard:
                 return (
                     "over-travel",
                     self._position,
-                    f"{self._position} moved {moved:.4g} since the start, more than"
-                    f" {self._distance_max:.4g}",
+                    f"{self._position} moved {reading(self._position, moved)} since the start, more"
+                    f" than {reading(self._position, self._distance_max)}",
                 )
         if self._speed is not None and abs(measured[self._speed]) > self._speed_max:
             return (
                 "over-speed",
                 self._speed,
-                f"{self._speed} = {measured[self._speed]:.4g}, above {self._speed_max:.4g}",
+                f"{self._speed} = {reading(self._speed, measured[self._speed])}, above"
+                f" {reading(self._speed, self._speed_max)}",
             )
         return None
 

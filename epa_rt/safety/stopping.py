@@ -7,6 +7,7 @@ once, for good.
 """
 
 from epa_rt.config.rig import Cia402Drive, Rig
+from epa_rt.config.rig_rows import reading
 from epa_rt.safety.commands import ENABLE_OPERATION, QUICK_STOP, CommandGate
 from epa_rt.safety.let_down import SPEED_MODE, LetDown
 
@@ -159,13 +160,16 @@ class Stopping:
             return ""
         speed = measured[self._speed]
         if not abs(speed) <= self._too_fast:
-            return f"{self._speed} = {speed:.4g} while it should brake, beyond {self._too_fast:.4g}"
+            return (
+                f"{self._speed} = {reading(self._speed, speed)} while it should brake, beyond"
+                f" {reading(self._speed, self._too_fast)}"
+            )
         if self._is_asked:
             return ""  # it moves as it should; ``let_down`` watches it more closely
         if self._age > self._longest_cycles and abs(speed) > self._slow:
             return (
-                f"the drive does not stop the motor: {self._speed} = {speed:.4g}"
-                f" {self._age} cycles after it was told to"
+                f"the drive does not stop the motor: {self._speed} ="
+                f" {reading(self._speed, speed)} {self._age} cycles after it was told to"
             )
         return ""
 

@@ -68,12 +68,11 @@ class Periods:
 def load_knee(path: Path) -> Knee:
     """Raises ConfigError."""
     said = load_setting(path, "knee", KEYS)
-    rig = said.name("rig")
     atmosphere_pa = 101325.0
     seconds = said.quantity("seconds", "s", 2.0 * FADE_S, 3600.0)
     asked = Knee(
         path.stem,
-        path.parent / rig,
+        said.file("rig"),
         said.pressures("spam", atmosphere_pa),
         said.pressures("ppam", atmosphere_pa),
         said.quantity("peak_to_peak", "rad", 1e-3, 1.0),

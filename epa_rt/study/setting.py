@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from epa_rt.config.kinds import expect_kind
-from epa_rt.config.source import Located, Location, load_yaml
+from epa_rt.config.source import Located, Location, load_yaml, named_file
 from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, with_unit
 from epa_rt.models.plant_file import PlantFile, load_plant
 
@@ -60,16 +60,16 @@ class Setting:
         """One absolute pressure (Pa); it must say 'abs'."""
         return self._value(where, text, lambda said: parse_pressure(said, math.nan))
 
-    def name(self, key: str) -> str:
-        """The name of a file."""
+    def file(self, key: str) -> Path:
+        """The file named under ``key``, beside this one; it is there."""
         name = self._there(key)
         if not isinstance(name, str):
             raise self.source.error((key,), repr(name), "the name of a file")
-        return name
+        return self._beside((key,), name)
 
     def plant(self, key: str) -> PlantFile:
         """The plant file named under ``key``, beside this file."""
-        return load_plant(Path(self.source.path).parent / self.name(key))
+        return load_plant(self.file(key))
 
     def plants(self, key: str) -> tuple[PlantFile, ...]:
         """The plant files listed under ``key``; none where it is not there."""
@@ -77,7 +77,10 @@ class Setting:
         for i, name in enumerate(names if isinstance(names, list) else [None]):
             if not isinstance(name, str):
                 raise self.source.error((key, i), repr(name or names), "a list of plant files")
-        return tuple(load_plant(Path(self.source.path).parent / name) for name in names)
+        return tuple(load_plant(self._beside((key, i), name)) for i, name in enumerate(names))
+
+    def _beside(self, where: Location, name: str) -> Path:
+        return named_file(self.source, where, self.source.path.parent / name)
 
     def _there(self, key: str) -> Any:
         if key not in self.source.data:

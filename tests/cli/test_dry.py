@@ -103,5 +103,5 @@ def test_what_a_command_row_would_hold_back_is_a_finding_and_no_success(tmp_path
 
 def test_a_folder_that_cannot_be_made_is_said_so(tmp_path, capsys):
     (tmp_path / "file").write_text("")
-    assert dry(EXPERIMENTS / "step.yaml", "bench", tmp_path / "file" / "out") == 4
-    assert "cannot be written" in capsys.readouterr().err
+    assert dry(EXPERIMENTS / "step.yaml", "bench", tmp_path / "file" / "out") == 2
+    assert "in which nothing can be written" in capsys.readouterr().err

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from epa_rt.cli.exits import VerbError
+from epa_rt.cli.export import _write
 from epa_rt.cli.log_name import take_log_path
 from epa_rt.cli.main import main
 from epa_rt.cli.progress import progress_shown
@@ -30,7 +31,7 @@ def test_a_file_is_replaced_in_one_step_and_nothing_else_is_left(tmp_path):
 
 def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(VerbError, match="cannot be written"):
+    with pytest.raises(VerbError, match="found .*/file, in which nothing can be written"):
         write_whole(tmp_path / "file/gap.json", "x")
 
 
@@ -38,7 +39,7 @@ def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
     ("number", "code"), [(errno.EACCES, 2), (errno.EROFS, 2), (errno.ENOSPC, 4)]
 )
 def test_a_folder_that_takes_no_files_is_bad_input(tmp_path, monkeypatch, number, code):
-    """Of pages and answers as of logs; a full disk is a failure."""
+    """Of pages and answers as of logs and tables; a full disk is a failure."""
 
     def refused(*_, **__):
         raise OSError(number, os.strerror(number))
@@ -48,6 +49,7 @@ def test_a_folder_that_takes_no_files_is_bad_input(tmp_path, monkeypatch, number
     for write in (
         lambda: write_whole(tmp_path / "gap.json", "one"),
         lambda: take_log_path(tmp_path / "log.mcap", None),
+        lambda: _write(tmp_path / "a.csv", lambda file: None, True),
     ):
         with pytest.raises(VerbError) as error:
             write()

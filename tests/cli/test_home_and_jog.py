@@ -181,5 +181,5 @@ def test_a_jog_by_orders_shows_the_pressure_on_a_terminal(tmp_path):
         finally:
             os.close(ours)
         assert child.wait(60) == 0
-    shown = re.findall(r"\| muscle +([\d.-]+) kPa", said.decode())
+    shown = re.findall(r"\| muscle +([\d.-]+) kPa gauge", said.decode())
     assert any(45.0 < float(one) < 55.0 for one in shown), said

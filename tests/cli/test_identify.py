@@ -155,8 +155,9 @@ def test_the_identified_plant_runs_and_pulls_like_the_muscle(
             "bench.yaml: found a plant file that epa identify did not write, expected a name",
         ),
         (["-o", str(RIG)], "found a rig file that epa identify did not write"),
+        ([str(RIG)], f"{RIG}: found a rig file among the logs, expected --rig {RIG}"),
     ],
-    ids=("rig", "ending", "model", "own plant", "rig file"),
+    ids=("rig", "ending", "model", "own plant", "rig file", "rig as a log"),
 )
 def test_bad_input_is_one_sentence(log, capsys, arguments, words):
     assert main(["identify", str(log), *arguments, "--quiet"]) == 2
@@ -223,6 +224,20 @@ def test_logs_of_two_rigs_are_refused(log, monkeypatch, capsys, tmp_path):
     )
     assert main(["identify", str(log), str(tmp_path / "other.mcap"), "--quiet"]) == 2
     assert "found logs of the rigs bench, knee, expected those of one" in capsys.readouterr().err
+
+
+def test_a_log_without_its_files_asks_for_the_rig(log, monkeypatch, capsys):
+    """A log of a real rig carries no plant file, and one that was imported perhaps no rig file."""
+    import epa_rt.cli.gap.inputs
+
+    real = epa_rt.cli.gap.inputs.read([log], None)[0]
+    for left, words in (("rig.yaml", "no plant file in the log"), ("", "no rig file of ours")):
+        files = {name: text for name, text in real.attachments.items() if name == left}
+        bare = dataclasses.replace(real, attachments=files)
+        monkeypatch.setattr(epa_rt.cli.gap.inputs, "read", lambda *_, bare=bare: (bare,))
+        assert main(["identify", str(log), "--quiet"]) == 2
+        said = capsys.readouterr().err
+        assert f"{log}: found {words}" in said and "expected --rig RIG" in said
 
 
 def test_a_log_twice_is_refused(log, capsys):

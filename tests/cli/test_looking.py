@@ -192,8 +192,8 @@ def test_one_name_is_no_page_of_two_logs(log, tmp_path, capsys):
 
 
 def test_a_page_that_cannot_be_written_is_said_so(log, not_a_log, capsys):
-    assert main(["report", str(log), "--html", str(not_a_log / "page.html")]) == 4
-    assert "cannot be written" in capsys.readouterr().err
+    assert main(["report", str(log), "--html", str(not_a_log / "page.html")]) == 2
+    assert "in which nothing can be written" in capsys.readouterr().err
 
 
 def test_plot_draws_the_signals_that_fit(log, tmp_path, capsys):

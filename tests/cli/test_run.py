@@ -68,6 +68,21 @@ def test_the_same_seed_gives_the_same_rows_twice_and_another_seed_others(knee_lo
     assert rows[0] != rows[2]
 
 
+def test_how_long_a_run_takes_is_said_before_it_starts(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "rest.yaml"
+    path.write_text(
+        "experiment: rest\nloop: motor_speed\nphases:\n  - {name: short, for: 2 s}\n"
+        "  - {name: hold, for: 5 h}\n"
+    )
+    takes, rig = "about 5 h 0 min; longest phase: hold, 5 h 0 min\n", str(RIGS / "bench.yaml")
+    assert main(["check", str(path), "--rig", rig]) == 0
+    assert capsys.readouterr().out == f"{path}: experiment rest on bench, 2 phases, {takes}"
+    monkeypatch.setattr("epa_rt.cli.run.run_simulated", lambda *_, **__: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        main(["run", str(path), "--rig", rig, "-o", str(tmp_path), "--quiet"])
+    assert capsys.readouterr().out == f"rest takes {takes}"
+
+
 def test_a_log_is_never_overwritten(tmp_path):
     log = tmp_path / "kept.mcap"
     log.write_text("precious")
@@ -161,7 +176,8 @@ def test_a_terminal_without_the_characters_gets_the_table_all_the_same(tmp_path)
 def test_schemas_that_cannot_be_written_are_said_so(tmp_path):
     (tmp_path / "file").write_text("")
     done = epa_here("schema", "-o", tmp_path / "file")
-    assert done.returncode == 4 and done.stderr.count("\n") == 1
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "file, in which nothing can be written (" in done.stderr
 
 
 @pytest.mark.parametrize(

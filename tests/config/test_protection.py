@@ -1,6 +1,7 @@
 """A rig file that does not protect is refused, a sentence for each finding; a reason excuses it."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -27,7 +28,7 @@ def rules_broken(text: str, name: str = "rig.yaml") -> list[str]:
             said = str(one)
             assert said.isprintable() and said.startswith(f"{name}:{one.line}: "), said
             assert ": found " in said and ", expected " in said, said
-        return [one.where.split(" of ")[0] for one in error.errors]
+        return [re.sub(r".*\brule (\w+)\)?", r"\1", one.where) for one in error.errors]
     return []
 
 
@@ -212,7 +213,7 @@ WHY = "the cell stands behind a mechanical stop"
 @pytest.mark.parametrize("name", ["limits", "muscle_force_n"])
 def test_a_reason_excuses_a_finding_by_its_rule_or_its_row(name):
     (said,) = sound_rig(parse_yaml(with_reasons({name: WHY}), "rig.yaml")).unprotected
-    assert "limits of muscle_force_n" in said and WHY in said
+    assert "muscle_force_n (rule limits)" in said and WHY in said
 
 
 @pytest.mark.parametrize(
@@ -243,7 +244,7 @@ def test_check_and_run_say_what_is_unprotected_and_the_log_keeps_it(tmp_path, ca
         "experiment: short\nloop: motor_speed\nphases: [{name: rest, for: 50 ms}]\n"
     )
     assert main(["check", str(path)]) == 0
-    assert "UNPROTECTED: limits of muscle_force_n: found a force without limits" in (
+    assert "UNPROTECTED: muscle_force_n (rule limits): found a force without limits" in (
         capsys.readouterr().out
     )
     log = tmp_path / "run.mcap"
@@ -263,7 +264,7 @@ def test_the_answers_as_json(tmp_path, capsys):
     broken, sound = json.loads(captured.out)
     assert captured.err == "" and not broken["sound"] and sound["sound"]
     (error,) = broken["errors"]
-    assert error["where"] == "limits of muscle_force_n" and error["line"] > 1
+    assert error["where"] == "muscle_force_n (rule limits)" and error["line"] > 1
     assert "muscle_force_n: trips outside -40 to 350 N" in sound["protected"]
 
 

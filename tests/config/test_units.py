@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from epa_rt.config import units
+from epa_rt.config.rig_rows import reading, reading_and_limits, reading_error
 from epa_rt.config.units import (
     UnitError,
     parse_pressure,
@@ -206,6 +207,27 @@ def test_pressures_say_what_they_are_against():
 )
 def test_a_sentence_has_numbers_that_a_person_reads(value, si_unit, said):
     assert readable(value, si_unit) == said
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said", "as_error"),
+    [
+        ("motor_travel_m", 0.0123456, "12.35 mm", "+12.3 mm"),
+        ("knee_angle_rad", -0.5, "-28.65 deg", "-28.6 deg"),
+        ("muscle_pressure_pa", 9.1e5, "910 kPa abs", "+910 kPa"),
+        ("spare_ratio", 2.0, "2", "+2"),
+        ("named by nobody", math.inf, "inf", "+inf"),
+    ],
+)
+def test_a_signal_is_read_in_the_unit_of_its_name(name, value, said, as_error):
+    """Whatever the name and the number are: the sentences of the safety are made of it."""
+    assert (reading(name, value), reading_error(name, value)) == (said, as_error)
+    assert reading(name, math.nan).startswith("nan")
+
+
+def test_a_value_just_beyond_its_limits_is_told_apart_from_them():
+    found = reading_and_limits("muscle_force_n", 350.01, -40.0, 350.0)
+    assert found == ("350.01 N", "-40 to 350 N")
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))

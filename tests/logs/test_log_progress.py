@@ -25,8 +25,8 @@ def test_it_tells_state_phase_time_share_end_and_fill():
     line.update(10.0, 0, 0, -1, 0.0)
     line.update(20.0, 50_000, 1, 1, 0.031)
     assert stream.getvalue().splitlines() == [
-        "bring_up | - | 00:00 of 03:20 |   0 % | --:-- left | ring 0 %",
-        "running | trial_1 | 00:50 of 03:20 |  25 % | 00:30 left | ring 3 %",
+        "bring_up | - | 00:00 of 03:20 |   0 % | --:-- left | buffer 0 % full",
+        "running | trial_1 | 00:50 of 03:20 |  25 % | 00:30 left | buffer 3 % full",
     ]
 
 
@@ -40,10 +40,10 @@ def test_a_terminal_is_written_over_and_left_on_a_new_line():
     written = stream.getvalue()
     assert written.count("\r") == 6  # one in four a second, and the last
     assert written.count("\n") == 1
-    assert written.rstrip().endswith("\rrunning | no_load | 00:08 of 03:20 | ring 0 %")
+    assert written.rstrip().endswith("\rrunning | no_load | 00:08 of 03:20 | buffer 0 % full")
 
 
-def test_a_long_phase_leaves_out_the_ring_and_cuts_no_figure():
+def test_a_long_phase_leaves_out_the_buffer_and_cuts_no_figure():
     stream, phases = Terminal(), ("phase" * 6,)
     line = ProgressLine(ProgressSpec(200_000, 0.001), STATES, phases, stream)
     line.update(0.0, 0, 0, 0, 0.0)
@@ -66,7 +66,7 @@ def test_more_cycles_than_estimated_are_all_of_them():
 
 def test_where_nobody_knows_how_long_no_share_is_told():
     line = ProgressLine(ProgressSpec(0, 0.001), STATES, PHASES, io.StringIO())
-    assert line.text(1.0, 65_000, 1, 0, 0.0) == "running | no_load | 01:05 | ring 0 %"
+    assert line.text(1.0, 65_000, 1, 0, 0.0) == "running | no_load | 01:05 | buffer 0 % full"
 
 
 def test_hours_are_told():
@@ -87,4 +87,4 @@ def test_the_recorder_prints_it(tmp_path, capfd, enabled):
     lines = capfd.readouterr().err.splitlines()
     assert bool(lines) == enabled
     if enabled:
-        assert lines[-1].startswith("bring_up | trial_1 | 00:02 of 00:02 | ring")
+        assert lines[-1].startswith("bring_up | trial_1 | 00:02 of 00:02 | buffer")

@@ -58,11 +58,11 @@ def test_samples_that_find_the_ring_full_are_dropped_and_counted(open_recorder, 
         assert recorder.failure is None or cycle > SLOTS
         recorder.sample(**sample_of(cycle))
     recorder.event(1, 1, "valve", "one too many")
-    assert recorder.failure == "recorder lost 1 sample: the ring was full"
+    assert recorder.failure == "recorder lost 1 sample: its buffer was full"
     os.kill(recorder.pid, signal.SIGCONT)
     summary = recorder.close("tripped", "recorder")
     assert (summary.samples, summary.lost_samples, summary.lost_events) == (SLOTS, 5, 1)
-    assert summary.failure == "recorder lost 5 samples and 1 event: the ring was full"
+    assert summary.failure == "recorder lost 5 samples and 1 event: its buffer was full"
     with LogReader(tmp_path / "log.mcap") as log:
         assert log.columns("/cycle", ["cycle"])["cycle"].tolist() == list(range(SLOTS))
         assert log.missing == [
@@ -88,7 +88,7 @@ def test_waiting_ends_when_the_recorder_hangs(open_recorder, stopped, monkeypatc
     stopped(recorder.pid)
     for cycle in range(SLOTS + 2):
         recorder.sample(**sample_of(cycle))
-    assert recorder.failure == "recorder lost 2 samples: the ring was full"
+    assert recorder.failure == "recorder lost 2 samples: its buffer was full"
     summary = recorder.close("tripped", "recorder")
     assert (summary.failure, summary.lost_samples) == (
         "recorder did not finish the log within 0.01 s",

@@ -17,9 +17,10 @@ def valve(held_pa, now_pa, drifting=True):
         (
             200e3,
             260e3,
-            "muscle: inlet stuck open? It is at 260.0 kPa, with both valves closed since 200.0 kPa",
+            "muscle: inlet stuck open? It is at 260.0 kPa abs, with both valves closed since"
+            " 200.0 kPa abs",
         ),
-        (200e3, 150e3, "muscle: exhaust stuck open or leak? It is at 150.0 kPa"),
+        (200e3, 150e3, "muscle: exhaust stuck open or leak? It is at 150.0 kPa abs"),
         (200e3, 215e3, ""),
         (200e3, float("nan"), ""),
     ],

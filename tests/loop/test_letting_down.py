@@ -153,7 +153,7 @@ def test_a_motor_that_runs_away_from_its_targets_ends_in_category_0(strict, spee
     out = stopped(strict, faster)
     assert out.result.trip.cause == "let-down" and out.memory.states[-3:] == [LET_DOWN, SAFE, DONE]
     said = "power off, air out: the motor cannot be let down: motor_speed_m_s = "
-    assert said in out.result.category and "beyond 0.021" in out.result.category
+    assert said in out.result.category and "beyond 21 mm/s" in out.result.category
     text = end_text(out.result, strict.rig)
     assert "the motor was on its way under power to no_load" in text and "let down" not in text
 

@@ -136,6 +136,30 @@ def test_one_bad_experiment_in_the_series_and_nothing_moves(queue, capsys):
     assert not list(path.parent.rglob("*.mcap")) and not list(path.parent.glob("*.json"))
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        ("experiment: e1.yaml", "experiment: none.yaml", "6: runs[1].experiment"),
+        ("experiment: e1.yaml", "experiment: e1.yaml, rig: none.yaml", "6: runs[1].rig"),
+        (
+            "experiment: e1.yaml",
+            "experiment: e1.yaml, options: {plant: none.yaml}",
+            "6: runs[1].options.plant",
+        ),
+        (f"rig: {RIG}", "rig: none.yaml", "2: rig"),
+    ],
+)
+def test_a_file_that_is_not_there_is_told_at_the_line_that_names_it(old, new, place, queue, capsys):
+    path = queue(MOVE, TRIPS)
+    assert main(["check", str(path)]) == 0, "a queue that names a rig is no rig file"
+    capsys.readouterr()
+    path.write_text(path.read_text().replace(old, new))
+    for words in (["queue", str(path), "--dry"], ["check", str(path)]):
+        assert main(words) == 2
+        said = " ".join(capsys.readouterr().err.split())
+        assert f"{path}:{place}: found no such file as {path.parent / 'none.yaml'}, " in said
+
+
 def test_an_experiment_file_is_a_queue_of_one(tmp_path):
     path = tmp_path / "next.yaml"
     path.write_text(MOVE)

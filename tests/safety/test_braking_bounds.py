@@ -16,7 +16,9 @@ def test_a_speed_beyond_what_braking_explains_is_said_to_four_digits():
     bench.envelope.trip("recorder", "", "the disk is full", 1)
     bench.check()
     bench.check({SPEED: 0.1987654, TRAVEL: 0.19e-3})
-    assert bench.envelope.stopping.why == (f"{SPEED} = 0.1988 while it should brake, beyond 0.1852")
+    assert bench.envelope.stopping.why == (
+        f"{SPEED} = 198.8 mm/s while it should brake, beyond 185.2 mm/s"
+    )
 
 
 def test_a_wired_drive_without_a_row_for_its_speed_is_held_by_its_enable():

@@ -31,7 +31,7 @@ def test_a_jump_trips_beyond_what_the_limit_of_speed_allows_and_not_at_it(sign):
             assert refusal == (
                 "position jump",
                 "motor_travel_m",
-                f"motor_travel_m jumped by {sign * step:.4g} in 2 ms",
+                f"motor_travel_m jumped by {sign * step * 1e3:.4g} mm in 2 ms",
             )
 
 
@@ -53,7 +53,7 @@ def test_a_position_or_a_speed_that_stands_trips_after_what_the_law_says(travel_
             assert refusal == (
                 "contradiction",
                 "motor_travel_m",
-                f"motor_travel_m and motor_speed_m_s contradict each other by {apart:.4g}",
+                f"motor_travel_m and motor_speed_m_s contradict each other by {apart * 1e3:.4g} mm",
             )
             return
         assert refusal is None
@@ -141,7 +141,7 @@ def test_a_late_cycle_may_find_the_motor_further_on():
     )  # 4 ms late at 0.1 m/s
     assert check.step(measured | {"motor_travel_m": 0.8e-3}, True, 6_000_000) is None  # held 2 ms
     refusal = check.step(measured | {"motor_travel_m": 1.3e-3}, True, 7_000_000)
-    assert refusal == ("position jump", "motor_travel_m", "motor_travel_m jumped by 0.0005 in 2 ms")
+    assert refusal == ("position jump", "motor_travel_m", "motor_travel_m jumped by 0.5 mm in 2 ms")
     again = MotionCheck(rig("bench"))
     again.step(measured, True, 0)
     assert again.step(measured | {"motor_travel_m": 1.1e-3}, True, 4_000_000)[2].endswith("in 4 ms")
@@ -321,7 +321,7 @@ def test_between_two_reads_the_speed_is_known_by_half_its_change(speeds, beyond_
             refusal = read(travel + after * 10e-3 + probe_m, after, 1.03)
             assert (refusal is not None) == trips
             if refusal is not None:
-                assert refusal[2].endswith(f"by {sign * part * most_m:.4g}")
+                assert refusal[2].endswith(f"by {sign * part * most_m * 1e3:.4g} mm")
 
 
 def test_a_position_that_is_renewed_every_cycle_is_not_taken_for_a_held_one():

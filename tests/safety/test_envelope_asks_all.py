@@ -26,7 +26,7 @@ def test_a_count_lost_while_it_brakes_is_said_in_a_sentence():
     bench.check()
     assert not bench.envelope.position_lost
     assert bench.check({TRAVEL: 0.02}) == bench.safe and bench.envelope.position_lost
-    assert bench.envelope.stopping.why == f"{TRAVEL} jumped by 0.02 in 2 ms"
+    assert bench.envelope.stopping.why == f"{TRAVEL} jumped by 20 mm in 2 ms"
 
 
 def test_a_lost_bus_goes_before_the_jump_that_it_led_to():
@@ -79,4 +79,4 @@ def test_without_a_clock_lost_cycles_count_for_how_far_the_motor_came():
             assert check.step({TRAVEL: 0.0, SPEED: 0.15}, False) is None
         refusal = check.step({TRAVEL: way, SPEED: 0.15}, True)
         assert (refusal is not None) is jumps
-    assert refusal == ("position jump", TRAVEL, f"{TRAVEL} jumped by 0.0023 in 10 ms")
+    assert refusal == ("position jump", TRAVEL, f"{TRAVEL} jumped by 2.3 mm in 10 ms")

@@ -91,7 +91,7 @@ def test_a_position_that_stands_does_not_hide_the_way(way):
     cycles = next(k for k in range(1, 4000) if bench.at(0.0, **{SPEED: speed}) is not None)
     assert bench.trip.cause == "over-travel" and bench.trip.signal == SPEED
     assert most < cycles * abs(speed) * DT_S < most + 1e-5
-    assert "since the start, more than 0.005336, and by motor_travel_m 0" in bench.trip.text
+    assert "since the start, more than 5.336 mm, and by motor_travel_m 0 m" in bench.trip.text
 
 
 def test_before_homing_has_started_a_speed_is_no_way():
@@ -136,7 +136,7 @@ def test_what_is_no_jump_sets_no_home():
 def test_a_jump_elsewhere_is_named_with_the_home():
     bench = Seeking()
     assert bench.at(5e-3) == "position jump"
-    assert "jumped by 0.005 to 0.005 while the drive homed, expected 0.01027" in bench.trip.text
+    assert "jumped by 5 mm to 5 mm while the drive homed, expected 10.27 mm" in bench.trip.text
     small = Seeking()
     assert small.at(0.9 * small.way.landing) == "position jump"  # left to the watch of motion
     assert "expected" not in small.trip.text

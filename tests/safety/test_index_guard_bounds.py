@@ -109,7 +109,7 @@ def test_a_jump_elsewhere_is_said_in_full():
     assert guarded.cycle(**{TRAVEL: 6.1234567e-3}) == (
         "position jump",
         TRAVEL,
-        f"{TRAVEL} jumped by 0.005123 to 0.006123 while the drive homed, expected 0.01027"
+        f"{TRAVEL} jumped by 5.123 mm to 6.123 mm while the drive homed, expected 10.27 mm"
         " (0x30B0), its home",
     )
 
@@ -121,7 +121,8 @@ def test_a_way_too_far_from_home_is_said_in_full():
     assert guarded.cycle(**{TRAVEL: HOME - far}) == (
         "over-travel",
         TRAVEL,
-        f"{TRAVEL} went {-far:.4g} from the home that was set, more than {guarded.way.landing:.4g}",
+        f"{TRAVEL} went {-far * 1e3:.4g} mm from the home that was set, more than"
+        f" {guarded.way.landing * 1e3:.4g} mm",
     )
 
 
@@ -134,6 +135,6 @@ def test_a_home_that_is_not_confirmed_is_said_in_full():
     assert refusal == (
         "position jump",
         TRAVEL,
-        f"{TRAVEL} jumped by 0.009274 while the drive homed, and the drive does not call itself"
+        f"{TRAVEL} jumped by 9.274 mm while the drive homed, and the drive does not call itself"
         " referenced",
     )

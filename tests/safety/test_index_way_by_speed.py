@@ -19,13 +19,14 @@ def test_a_travel_that_stands_does_not_lead_further_than_the_way_by_speed(sign):
     found = [guarded.cycle(**{SPEED: speed, TRAVEL: 0.0}) for _ in range(2)]
     cause, row, says = next(one for one in found if one)
     went = re.fullmatch(
-        rf"by {SPEED} the motor went (\S+) since the start, more than (\S+), and by {TRAVEL} (\S+)",
+        rf"by {SPEED} the motor went (\S+) mm since the start, more than (\S+) mm,"
+        rf" and by {TRAVEL} 0 m",
         says,
     )
     assert (cause, row) == ("over-travel", SPEED)
     ways = (cycles, cycles + 1, cycles + 2)
-    assert went[1] in {f"{n * speed * dt_s:.4g}" for n in ways}
-    assert went[2] == f"{most:.4g}" and went[3] == "0"
+    assert went[1] in {f"{n * speed * dt_s * 1e3:.4g}" for n in ways}
+    assert went[2] == f"{most * 1e3:.4g}"
 
 
 def test_the_way_that_travel_shows_is_said_beside_it():
@@ -36,6 +37,6 @@ def test_the_way_that_travel_shows_is_said_beside_it():
     while refusal is None:
         travel += 0.3 * speed * dt_s
         refusal = guarded.cycle(**{SPEED: speed, TRAVEL: travel})
-    shown = float(refusal[2].rsplit(" ", 1)[1])
-    assert shown == pytest.approx(travel - 0.3 * speed * dt_s, abs=2e-6)
-    assert len(refusal[2].rsplit(" ", 1)[1].lstrip("0.")) <= 4
+    shown, unit = refusal[2].rsplit(" ", 2)[1:]
+    assert unit == "mm" and len(shown.lstrip("0.").replace(".", "")) <= 4
+    assert 1e-3 * float(shown) == pytest.approx(travel - 0.3 * speed * dt_s, abs=2e-6)

@@ -158,7 +158,7 @@ def test_a_motor_faster_than_it_was_let_down_is_let_go(sign):
         going.cycle({SPEED: sign * speed}, follows=False)
         assert going.lets_down == goes
         if not goes and speed == speed:
-            assert going.failed(f"{SPEED} = {sign * speed:.4g}, beyond 0.021")
+            assert going.failed(f"{SPEED} = {sign * speed * 1e3:.4g} mm/s, beyond 21 mm/s")
 
 
 def test_the_limit_of_speed_holds_where_it_is_the_smaller_one():
@@ -166,7 +166,7 @@ def test_the_limit_of_speed_holds_where_it_is_the_smaller_one():
     going = Going(on).ask()
     going.cycle()
     going.cycle({SPEED: 0.151}, follows=False)
-    assert going.failed(f"{SPEED} = 0.151, beyond 0.15")
+    assert going.failed(f"{SPEED} = 151 mm/s, beyond 150 mm/s")
 
 
 @pytest.mark.parametrize(
@@ -193,7 +193,7 @@ def test_a_motor_that_goes_the_other_way_is_let_go(at):
     going.pushed(math.copysign(0.001, at))
     away = at + math.copysign(AWAY_S * 0.007 + 0.000005, at)
     assert going.at == pytest.approx(away, abs=0.000011)
-    assert going.failed(f"{TRAVEL} = {going.at:.4g} goes away from no_load (0)")
+    assert going.failed(f"{TRAVEL} = {going.at * 1e3:.4g} mm goes away from no_load (0 m)")
 
 
 def test_away_counts_from_the_nearest_that_it_has_been_on_either_side():
@@ -201,7 +201,7 @@ def test_away_counts_from_the_nearest_that_it_has_been_on_either_side():
     going.until_there()
     going.pushed(-0.001)
     assert going.at == pytest.approx(-0.0007, abs=0.00004)
-    assert going.failed(f"{TRAVEL} = {going.at:.4g} goes away from no_load (0)")
+    assert going.failed(f"{TRAVEL} = {going.at * 1e3:.4g} mm goes away from no_load (0 m)")
     going = Going().ask()
     for _ in range(1000):
         going.cycle()
@@ -219,7 +219,7 @@ def test_a_motor_that_does_not_follow_its_target_is_let_go():
         if not going.lets_down:
             break
         going.cycle(follows=False)
-    assert "does not follow" in going.stopping.why and "within 0.004" in going.stopping.why
+    assert "does not follow" in going.stopping.why and "within 4 mm" in going.stopping.why
     assert going.out == going.bench.safe
 
 
@@ -233,7 +233,7 @@ def test_without_a_bound_on_following_and_under_a_speed_the_time_bounds_it():
             cycles += 1
         # twice 20 mm at 7 mm/s, the ramp, approach and settling; the drive's own time in front
         assert cycles == pytest.approx(500 + 2000 * (0.02 / 0.007 + 0.2 + 1.0), abs=2)
-        assert going.failed(f"{TRAVEL} = 0.02 is not at no_load in time")
+        assert going.failed(f"{TRAVEL} = 20 mm is not at no_load in time")
 
 
 @pytest.mark.parametrize(
@@ -244,7 +244,8 @@ def test_force_and_current_stay_within_their_limits(row, value, span):
     going.cycle()
     low, high = going.rig.row(row).limits
     going.cycle({row: value})
-    assert going.failed(f"{row} = {value:.4g}, outside [{low:.4g}, {high:.4g}]")
+    unit = row[-1].upper()
+    assert going.failed(f"{row} = {value:g} {unit}, outside {low:g} to {high:g} {unit}")
 
 
 @pytest.mark.parametrize(("start", "sign"), [(360.0, 1.0), (-50.0, -1.0)])

@@ -63,7 +63,7 @@ def test_the_smaller_of_two_limits_of_speed_holds_either_way(limits, sign):
     assert Down(on).begin().step(**{SPEED: sign * 0.0149}) == ""
     assert (
         Down(on).begin().step(**{SPEED: sign * 0.0151})
-        == f"{SPEED} = {sign * 0.0151}, beyond 0.015"
+        == f"{SPEED} = {sign * 15.1} mm/s, beyond 15 mm/s"
     )
 
 
@@ -72,9 +72,11 @@ def test_just_three_times_the_speed_is_not_too_fast(sign):
     most = TOO_FAST * rig("bench").motor.let_down_speed_si
     down = Down().begin()
     assert down.step(**{SPEED: sign * most}) == ""
-    assert down.step(**{SPEED: sign * 0.0312345}) == f"{SPEED} = {sign * 0.03123}, beyond 0.021"
+    assert down.step(**{SPEED: sign * 0.0312345}) == (
+        f"{SPEED} = {sign * 31.23} mm/s, beyond 21 mm/s"
+    )
     slow = Down(of_motor(let_down_speed=0.00123456)).begin()
-    assert slow.step(**{SPEED: 1.0}) == f"{SPEED} = 1, beyond 0.003704"
+    assert slow.step(**{SPEED: 1.0}) == f"{SPEED} = 1 m/s, beyond 3.704 mm/s"
 
 
 def test_just_so_far_away_is_not_away():
@@ -82,14 +84,14 @@ def test_just_so_far_away_is_not_away():
     down = Down().begin()
     assert down.step(**{TRAVEL: 0.02 + AWAY_S * fastest}) == ""
     assert down.step(**{TRAVEL: 0.02 + AWAY_S * fastest + 1e-9}) == (
-        f"{TRAVEL} = 0.0207 goes away from no_load (0)"
+        f"{TRAVEL} = 20.7 mm goes away from no_load (0 m)"
     )
     on = of_motor(places={"no_load": 0.0123456, "stretched": 0.028})
     assert (
         Down(on)
         .begin()
         .step(**{TRAVEL: 0.0234567})
-        .endswith("= 0.02346 goes away from no_load (0.01235)")
+        .endswith("= 23.46 mm goes away from no_load (12.35 mm)")
     )
 
 
@@ -99,7 +101,7 @@ def test_a_motor_that_lags_by_just_its_following_error_follows():
         assert (Down(on, 8.0, 2.0**-6).begin().step(**{TRAVEL: 2.0**-6 - lags}) == "") is follows
     on = of_motor(following_error=0.00123456)
     assert Down(on, 8.0, 0.0212345).begin().step(**{TRAVEL: 0.0112345}) == (
-        f"{TRAVEL} = 0.01123 does not follow 0.02123 within 0.001235"
+        f"{TRAVEL} = 11.23 mm does not follow 21.23 mm within 1.235 mm"
     )
 
 
@@ -109,7 +111,7 @@ def test_a_motor_that_stands_has_twice_the_time_of_its_way_and_no_cycle_more(on,
     down = Down(on, 9.0, 0.0014000004).begin()
     cycles = patience + 2 * (200 + 200 + 1000)
     assert {down.step() for _ in range(cycles)} == {""}
-    assert down.step() == f"{TRAVEL} = 0.0014 is not at no_load in time"
+    assert down.step() == f"{TRAVEL} = 1.4 mm is not at no_load in time"
 
 
 @pytest.mark.parametrize(
@@ -121,11 +123,11 @@ def test_a_row_at_its_limit_is_inside_and_gets_no_margin(row, value):
     assert row in down.step(**{row: 1.001 * value})
 
 
-def test_a_row_outside_is_said_with_four_digits():
+def test_a_row_outside_is_said_with_its_bounds():
     down = Down(**{FORCE: 352.3456}).begin()
-    assert down.step(**{FORCE: 378.9123}) == f"{FORCE} = 378.9, outside [-40, 371.8]"
+    assert down.step(**{FORCE: 378.9123}) == f"{FORCE} = 378.912 N, outside -40 to 371.846 N"
     down = Down(**{FORCE: -52.3456}).begin()
-    assert down.step(**{FORCE: -78.9123}) == f"{FORCE} = -78.91, outside [-71.85, 350]"
+    assert down.step(**{FORCE: -78.9123}) == f"{FORCE} = -78.9123 N, outside -71.8456 to 350 N"
 
 
 def test_only_force_and_current_are_bounded_and_only_where_they_have_limits():
@@ -218,4 +220,4 @@ def test_begun_again_it_has_the_bounds_of_the_new_beginning_alone():
     down.measured[FORCE] = 360.0
     down.begin()
     assert down.step() == "" and down.step(**{FORCE: 379.0}) == ""
-    assert down.step(**{FORCE: 380.0}).endswith("outside [-40, 379.5]")
+    assert down.step(**{FORCE: 380.0}).endswith("outside -40 to 379.5 N")

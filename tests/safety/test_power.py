@@ -32,9 +32,9 @@ def test_a_position_target_away_from_the_rig_is_a_jump(side):
         assert (bench.trip is not None) == trips, distance
         if trips:
             assert out == bench.safe and bench.trip[:2] == ("jump at enable", TRAVEL)
+            far = f"{distance * 1e3:.4g} mm"
             assert (
-                bench.trip.text
-                == f"{TRAVEL} stands {distance:.4g} from motor_travel_m when power comes on"
+                bench.trip.text == f"{TRAVEL} stands {far} from motor_travel_m when power comes on"
             )
 
 
@@ -54,7 +54,7 @@ def test_an_output_that_lags_behind_its_target_is_a_jump_too():
     assert (
         out == bench.safe
         and bench.trip.cause == "jump at enable"
-        and "stands 0.02985" in bench.trip.text
+        and "stands 29.85 mm from" in bench.trip.text
     )
 
 
@@ -71,7 +71,8 @@ def test_speed_and_torque_are_at_rest_when_power_comes_on(row, value, mode):
     bench = Bench()
     out = bench.check(command={CONTROL: 0x0F, MODE: mode, row: value})
     assert out == bench.safe and bench.trip[:2] == ("jump at enable", row)
-    assert bench.trip.text == f"{row} = {value:.4g} when power comes on"
+    said = f"{value * 1e3:.4g} mm/s" if row == SPEED else f"{value:g} N*m"
+    assert bench.trip.text == f"{row} = {said} when power comes on"
 
 
 def test_a_speed_that_is_still_being_slewed_down_is_a_jump():

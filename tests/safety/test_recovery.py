@@ -67,7 +67,7 @@ def test_what_is_refused_is_named_with_the_way_it_went():
     assert way.step(0.040 + MARGIN) is None
     cause, name, text = way.step(0.040 + 1.01 * MARGIN)
     assert (cause, name) == ("over-travel", TRAVEL)
-    assert "further out of its limits [-0.01, 0.031]: move the other way" in text
+    assert "further out of its limits -10 to 31 mm: move the other way" in text
     assert "goes out of its limits" in WayBack(travel_row(), 0.0).step(0.032)[2]
     assert WayBack(travel_row(), 0.0).step(math.nan) is None  # the envelope itself trips on it
 
@@ -105,7 +105,7 @@ def test_without_a_zero_the_distance_from_the_start_is_bounded():
     assert bench.at(**{TRAVEL: 5.0}) is None and bench.guard.has_zero is False
     assert bench.jump(**{TRAVEL: 5.0199}) is None
     assert bench.jump(**{TRAVEL: 4.9799}) == bench.jump(**{TRAVEL: 5.0201}) == "over-travel"
-    assert "moved 0.03 since the start" in bench.guard.step(bench.measured | {TRAVEL: 5.03})[2]
+    assert "moved 30 mm since the start" in bench.guard.step(bench.measured | {TRAVEL: 5.03})[2]
     assert Recovery(zero=False).at(muscle_force_n=1e9) is None  # outside, and only to come back
 
 

@@ -43,11 +43,11 @@ def test_a_row_is_said_with_its_unit_its_limits_and_which_way():
     assert outside.step(0.0512345678) == (
         "over-travel",
         TRAVEL,
-        f"{TRAVEL} = 0.0512346 m goes further out of its limits [-0.0101235, 0.0312346]: move the"
+        f"{TRAVEL} = 51.2346 mm goes further out of its limits -10.1235 to 31.2346 mm: move the"
         " other way",
     )
     assert inside.step(0.0312345679)[2] == (
-        f"{TRAVEL} = 0.0312346 m goes out of its limits [-0.0101235, 0.0312346]: move the other way"
+        f"{TRAVEL} = 31.2346 mm goes out of its limits -10.1235 to 31.2346 mm: move the other way"
     )
 
 
@@ -66,11 +66,11 @@ def test_without_a_zero_just_the_distance_is_allowed_and_beyond_it_is_said(sign)
     of = guard(zero=False)
     assert of.step(sound()) is None and of.step(sound(**{TRAVEL: sign * 0.25})) is None
     assert of.step(sound(**{TRAVEL: sign * 0.2512345}))[2] == (
-        f"{TRAVEL} moved {sign * 0.2512:.4g} since the start, more than 0.25"
+        f"{TRAVEL} moved {sign * 251.2:.4g} mm since the start, more than 250 mm"
     )
     narrow = guard(zero=False, distance=0.0123456)
     narrow.step(sound())
-    assert narrow.step(sound(**{TRAVEL: 1.0}))[2].endswith(", more than 0.01235")
+    assert narrow.step(sound(**{TRAVEL: 1.0}))[2].endswith(", more than 12.35 mm")
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -78,9 +78,9 @@ def test_three_times_the_speed_is_allowed_and_beyond_it_is_said(sign):
     of = guard()
     assert of.step(sound(**{SPEED: sign * 0.75})) is None
     assert of.step(sound(**{SPEED: sign * 0.8123456}))[2] == (
-        f"{SPEED} = {sign * 0.8123:.4g}, above 0.75"
+        f"{SPEED} = {sign * 812.3:.4g} mm/s, above 750 mm/s"
     )
-    assert guard(speed=0.1 / 3.0 + 1e-5).step(sound(**{SPEED: 1.0}))[2].endswith(", above 0.1")
+    assert guard(speed=0.1 / 3.0 + 1e-5).step(sound(**{SPEED: 1.0}))[2].endswith(", above 100 mm/s")
 
 
 class Recovering(Bench):

@@ -164,10 +164,10 @@ def test_each_refusal_in_full():
         " (home again)",
         "current": "motor_current_a reads -0.500 A without power, more than 0.1 A; check its wire,"
         " its calibration, the drive's monitor",
-        "joint": "knee_angle_rad reads -0.1393 rad with the muscles vented, where the joint lies at"
-        " -0.2793; check its calibration, its wire, what holds the joint",
-        "supply": "supply_pressure_pa reads 666 kPa, where the rig file says 951 kPa; check the"
-        " regulator, the sensor",
+        "joint": "knee_angle_rad reads -7.979 deg with the muscles vented, where the joint lies at"
+        " -16 deg; check its calibration, its wire, what holds the joint",
+        "supply": "supply_pressure_pa reads 666 kPa abs, where the rig file says 951 kPa abs; check"
+        " the regulator, the sensor",
     }
 
 
@@ -182,7 +182,7 @@ def _slack():
         (rig("bench"), "muscle_pressure_pa", 3e3, 8e3, "+3 kPa"),
         (rig("bench"), "motor_current_a", 0.03, 0.10, "+0.03 A"),
         (_slack(), "muscle_force_n", 3.5, 14.0, "+3.5 N"),
-        (rig("mass"), "mass_position_m", 1.5e-3, 3e-3, "+0.0015 m"),
+        (rig("mass"), "mass_position_m", 1.5e-3, 3e-3, "+1.5 mm"),
         (with_supply(), "supply_pressure_pa", 47566.25, 95132.5, "+47.6 kPa"),
     ],
 )

@@ -104,7 +104,7 @@ def test_a_sound_muscle_in_motion_is_never_refused(amplitude_m, hertz, phase, se
 def test_a_pressure_that_stays_while_its_inlet_is_open_is_found_in_a_quarter_second():
     cycle, signal, sentence = Rig().found(1000, FILL)
     assert cycle < 250 and signal == PRESSURE
-    assert "stays at 101.3 kPa" in sentence and "frozen" in sentence and "exchanged" in sentence
+    assert "stays at 101.3 kPa abs" in sentence and "frozen" in sentence and "exchanged" in sentence
 
 
 def test_pulses_that_never_raise_the_pressure_add_up():

@@ -164,13 +164,13 @@ def test_speeds_are_said_to_four_digits():
     bench = running(edited("bench", ("safety:", "safety:\n  stop_overspeed: 1.1")))
     tripped(bench)
     bench.check({SPEED: 0.1651234, TRAVEL: 0.16e-3})
-    assert why(bench) == f"{SPEED} = 0.1651 while it should brake, beyond 0.165"
+    assert why(bench) == f"{SPEED} = 165.1 mm/s while it should brake, beyond 165 mm/s"
     bench, travel = running(), 0.0
     while category(bench) == BRAKING:
         travel += 0.0312345e-3
         bench.measured |= {SPEED: 0.0312345, TRAVEL: travel}
         tripped(bench)
-    assert f"{SPEED} = 0.03123 171" in why(bench)
+    assert f"{SPEED} = 31.23 mm/s 171" in why(bench)
 
 
 def test_another_sensor_that_is_lost_does_not():
@@ -213,7 +213,7 @@ def test_a_speed_far_beyond_its_limit_is_no_braking(sign):
         out = bench.check({SPEED: sign * speed, TRAVEL: sign * speed * 1e-3})
         assert (out != bench.safe) == brakes
         if not brakes:
-            said = f"{SPEED} = {sign * speed:.4g} while it should brake, beyond 0.18"
+            said = f"{SPEED} = {sign * speed * 1e3:.4g} mm/s while it should brake, beyond 180 mm/s"
             assert why(bench) == said
 
 
@@ -230,7 +230,7 @@ def test_a_drive_that_does_not_slow_down_in_its_time_is_let_go(sign):
             cycles += 1
         assert cycles == (300 if brakes else 171)
         if not brakes:
-            said = f"the drive does not stop the motor: {SPEED} = {sign * speed:.4g}"
+            said = f"the drive does not stop the motor: {SPEED} = {sign * speed * 1e3:.4g} mm/s"
             assert why(bench) == f"{said} 171 cycles after it was told to"
 
 

@@ -52,7 +52,7 @@ def test_each_limit_trips_on_either_side_and_not_at_its_end(name, row_name):
 def test_the_sentence_of_a_limit_has_value_unit_and_limits():
     bench = Bench()
     bench.check({"muscle_force_n": 360.25})
-    assert str(bench.trip) == "over-force: muscle_force_n = 360.25 N, outside [-40, 350]"
+    assert str(bench.trip) == "over-force: muscle_force_n = 360.25 N, outside -40 to 350 N"
     bench = Bench(
         edited(
             "bench",
@@ -66,7 +66,7 @@ def test_the_sentence_of_a_limit_has_value_unit_and_limits():
         )
     )
     bench.check({"spare_v": -4.5})
-    assert str(bench.trip) == "out of limits: spare_v = -4.5 V, outside [-4, 4]"
+    assert str(bench.trip) == "out of limits: spare_v = -4.5 V, outside -4 to 4 V"
     bench = Bench(
         edited(
             "bench",
@@ -80,7 +80,7 @@ def test_the_sentence_of_a_limit_has_value_unit_and_limits():
         )
     )
     bench.check({"spare_ratio": 2.0})
-    assert str(bench.trip) == "out of limits: spare_ratio = 2, outside [-1, 1]"
+    assert str(bench.trip) == "out of limits: spare_ratio = 2, outside -1 to 1"
 
 
 def test_torque_and_turning_speed_have_words_of_their_own():
@@ -97,8 +97,16 @@ def test_torque_and_turning_speed_have_words_of_their_own():
         "value: [0 mNm, 170 mNm]}\n    limits: [-100 mNm, 100 mNm]\n  - name: motor_current_a",
     )
     for row, value, said in (
-        ("spare_rad_s", 2.0, "over-speed: spare_rad_s = 2 rad/s, outside [-1, 1]"),
-        ("motor_torque_nm", 0.15, "over-torque: motor_torque_nm = 0.15 N*m, outside [-0.1, 0.1]"),
+        (
+            "spare_rad_s",
+            2.0,
+            "over-speed: spare_rad_s = 114.592 deg/s, outside -57.2958 to 57.2958 deg/s",
+        ),
+        (
+            "motor_torque_nm",
+            0.15,
+            "over-torque: motor_torque_nm = 0.15 N*m, outside -0.1 to 0.1 N*m",
+        ),
     ):
         bench = Bench(edited("bench", spare, torque))
         bench.check({row: value})

@@ -144,13 +144,15 @@ def test_more_support_takes_less_current():
         ("seconds: 5 min", "seconds: 1 s", "4 to 3600 s"),
         ("seconds: 5 min", "seconds: 4.5 s", "one whole period"),
         ("rig: ../rigs/knee.yaml", "rig: 3", "the name of a file"),
+        ("rig: ../rigs/knee.yaml", "rig: none.yaml", "knee.yaml:4: rig: found no such file"),
     ],
 )
 def test_a_bad_study_file_is_one_sentence(old, new, said, tmp_path):
     text = STUDY.read_text(encoding="utf-8")
     assert old in text
     path = tmp_path / "knee.yaml"
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    text = text.replace(old, new, 1).replace("../rigs", str(ROOT / "config/rigs"))
+    path.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError, match=said):
         load_knee(path)
 

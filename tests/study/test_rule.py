@@ -128,7 +128,8 @@ def test_a_plant_beside_must_be_another_mass(tmp_path, plant, said):
         ("20 rad/s", "20 m", "rad/s"),
         ("amplitude: 10 mm", "amplitude: 10 m", "0.0001 to 0.1 m"),
         ("mean: 0 mm", "means: 0 mm", "'means'"),
-        ("../plants/serial.yaml", "../plants/none.yaml", "no such file"),
+        ("../plants/serial.yaml", "../plants/none.yaml", "study.yaml:4: plant: found no such file"),
+        ("../plants/serial_eq8.yaml", "none.yaml", "study.yaml:5: beside[0]: found no such file"),
         ("../plants/serial.yaml", "../plants/knee.yaml", "kind_code: 1"),
     ],
 )

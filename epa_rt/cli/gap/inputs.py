@@ -206,9 +206,21 @@ def read(logs: Sequence[Path], rig: "Rig | None") -> "tuple[Recording, ...]":
             tuple(map(read_recording, logs)) if rig is None else read_recordings(logs, rig)
         )
     except LogError as error:
+        _refuse_files(logs)
         raise VerbError(str(error)) from None
     except OSError as error:
         raise VerbError(f"{error.filename}: cannot be read ({error.strerror})") from None
+
+
+def _refuse_files(logs: Sequence[Path]) -> None:
+    """Raises VerbError where a rig or plant file stands among the logs."""
+    from epa_rt.config.kinds import WORDS, named
+
+    for path in logs:
+        words = named(path)
+        option = next((key for key in ("rig", "plant") if words == WORDS[key]), None)
+        if option is not None:
+            raise VerbError(f"{path}: found {words} among the logs, expected --{option} {path}")
 
 
 def _unique(recordings: "Sequence[Recording]") -> None:

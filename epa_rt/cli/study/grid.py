@@ -96,7 +96,7 @@ def write_answers(
     figures: "dict[str, Figure]",
 ) -> list[Path]:
     """Writes what was asked for; the files that came of it."""
-    from epa_rt.cli.write import write_whole
+    from epa_rt.cli.write import write_whole, written_to
     from epa_rt.gap.report.as_json import finite
     from epa_rt.study.report.page import PictureError, write_pictures
 
@@ -112,7 +112,8 @@ def write_answers(
         written.append(arguments.html)
     if arguments.pictures:
         try:
-            written += write_pictures(arguments.pictures, figures)
-        except (PictureError, OSError) as error:
+            with written_to(arguments.pictures / "*.png"):
+                written += write_pictures(arguments.pictures, figures)
+        except PictureError as error:
             raise VerbError(str(error), FAILED) from None
     return written

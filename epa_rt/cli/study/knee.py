@@ -39,7 +39,8 @@ def add_parser(tasks: argparse._SubParsersAction) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from epa_rt.cli.study.condition import run_condition
-    from epa_rt.config.rig import load_rig
+    from epa_rt.config.rig import rig_from
+    from epa_rt.config.source import load_yaml, named_file
     from epa_rt.models.plant_file import load_plant
     from epa_rt.study.grid import LOOP_ROOMS, code_digest
     from epa_rt.study.knee import load_knee
@@ -49,7 +50,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     check_grid_arguments(arguments)
     asked = load_knee(arguments.study)
-    plant_path = asked.rig.parent / load_rig(asked.rig).plant
+    rig = load_yaml(asked.rig)
+    plant_path = named_file(rig, ("plant",), asked.rig.parent / rig_from(rig).plant)
     params = load_plant(plant_path).params
     if params["load"]["kind_code"][0] != 2.0:
         raise VerbError(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from epa_rt.config.calibration_file import self_contained
 from epa_rt.config.fields import STANDARD_ATMOSPHERE_PA
 from epa_rt.config.rig import rig_from
-from epa_rt.config.source import Located, load_yaml
+from epa_rt.config.source import Located, load_yaml, named_file
 from epa_rt.config.units import UnitError, parse_quantity
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def atmosphere_of(mapping: "Mapping", located: Located) -> float:
 
 
 def _rig(mapping: "Mapping", located: Located) -> Located:
-    return load_yaml(located.path.parent / mapping.rig_file)
+    return load_yaml(named_file(located, ("rig_file",), located.path.parent / mapping.rig_file))
 
 
 def _is_ours(rig: Located) -> bool:

@@ -65,18 +65,15 @@ def write_log(
     attachments: dict[str, bytes],
     sources: Sequence[Path],
 ) -> None:
-    """Writes beside ``path`` and takes its name at the end. Raises ImportRefused where it exists or
-    cannot be written.
+    """Writes beside ``path`` and takes its name at the end. Raises ImportRefused where it exists,
+    OSError where it cannot be written.
     """
     if path.exists():
         raise ImportRefused(
             f"{path}: found a file, expected a name that is free (no log is overwritten)"
         )
     partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ImportRefused(f"{path}: cannot be written ({error.strerror})") from None
+    path.parent.mkdir(parents=True, exist_ok=True)
     try:
         file = McapFile(os.fspath(partial), sync=False)
         try:
@@ -90,10 +87,8 @@ def write_log(
         raise ImportRefused(
             f"{path}: found a file, expected a name that is free (no log is overwritten)"
         ) from None
-    except (OSError, ValueError) as error:
-        raise ImportRefused(
-            f"{path}: cannot be written ({getattr(error, 'strerror', None) or error})"
-        ) from None
+    except ValueError as error:
+        raise ImportRefused(f"{path}: cannot be written ({error})") from None
     finally:
         if partial.exists():  # not so where the folder is a file
             partial.unlink(missing_ok=True)

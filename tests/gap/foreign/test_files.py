@@ -88,6 +88,14 @@ def test_a_plant_file_that_does_not_fit(tmp_path, text, by, found, expected):
     assert re.match(r".*plant\.yaml:\d+: ", said) and found in said and expected in said, said
 
 
+def test_a_plant_file_that_is_not_there_is_told_where_the_rig_names_it(tmp_path):
+    path = tmp_path / "rig.yaml"
+    path.write_text(RIG.replace("../plants_foreign/emps.yaml", "none.yaml"))
+    line = RIG[: RIG.index("plant:")].count("\n") + 1
+    with pytest.raises(ConfigError, match=f"rig.yaml:{line}: plant: found no such file"):
+        open_foreign(path)
+
+
 def test_an_effect_that_is_left_out_is_in_neither_catalogue_nor_knobs(tmp_path):
     subject = opened(tmp_path, leave_out=frozenset({"coulomb"}))
     assert (

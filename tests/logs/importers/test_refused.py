@@ -296,7 +296,10 @@ MAPPINGS = {
     "trial past the end": (("end: 1 s", "end: 0.4 s"), "expected the begin before the end"),
     "column zero": (("column: pos", "column: 0"), "expected a column's name, or its number from 1"),
     "no YAML": (("mapping: cart", "mapping: ["), "text that is not YAML"),
-    "rig file that is not there": (("rig: cart", "rig: cart\nrig_file: no.yaml"), "no such file"),
+    "rig file that is not there": (
+        ("rig: cart", "rig: cart\nrig_file: no.yaml"),
+        ".yaml:3: rig_file: found no such",
+    ),
     "file that is not given": (
         ("scale: 2", "file: other"),
         "found 0 files whose name holds 'other'",

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from epa_rt.config.source import ConfigError
+from epa_rt.config.source import ConfigError, load_yaml, named_file
 from epa_rt.gap.rig.foreign.plant_file import load_plant
 from epa_rt.gap.rig.foreign.rig_file import load_rig
 from epa_rt.gap.rig.foreign.subject import ForeignSubject
@@ -20,6 +20,8 @@ def open_subject(
         raise ConfigError(
             rig_path, 1, "", "no plant", "the key 'plant', or a plant file beside the rig"
         )
+    if plant_path is None:
+        named_file(load_yaml(rig_path), ("plant",), path)
     known = {effect.name for effect in rig.component.effects}
     for name in sorted(leave_out - known):
         raise ConfigError(
