@@ -1,5 +1,6 @@
 """A mass on springs, by Newton's law alone: a spring that stiffens or softens with the cube of its
-way is named, and weighed in newtons over cubic metres or newton metres over cubic radians.
+way is named, and weighed in newtons over cubic metres or newton metres over cubic radians; a
+linear one is named beside it, and beside a rough spot of the guide.
 """
 
 import numpy as np
@@ -14,6 +15,7 @@ from tests.gap.foreign.made import one_trial
 PERIOD_S = 4e-3
 MASS_KG, DRAG_N_S_M, SPRING_N_M, REST_M = 2.0, 25.0, 500.0, 0.006
 HALF_STROKE_M = 0.06
+COULOMB_N, SPOT_M, SPOT_HALF_M = 2.0, 0.01, 6e-3
 CARRIAGE = """rig: sprung
 kind: carriage
 plant: plant.yaml
@@ -26,9 +28,8 @@ BARE = "plant: sprung\nkind: carriage\ncarriage: {inertia: 2 kg}\nfriction: {vis
 SPRUNG = BARE + "effects: {spring: {spring: 30 N, spring_rest: 0.1}}\n"
 
 
-def sprung(seed: int, cubic_n_m3: float) -> Recording:
-    """What moves the mass through five waves, read with the noise of an encoder and a load cell."""
-    random, t = np.random.default_rng(seed), np.arange(0.0, 12.0, PERIOD_S)
+def moved(random: np.random.Generator, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Place, speed and acceleration of five waves."""
     place, speed, acceleration = np.zeros((3, len(t)))
     for hz, size in zip((0.17, 0.41, 0.9, 1.6, 2.7), (0.03, 0.018, 8e-3, 4e-3, 2e-3), strict=True):
         w = 2.0 * np.pi * hz * random.uniform(0.9, 1.1)
@@ -36,8 +37,20 @@ def sprung(seed: int, cubic_n_m3: float) -> Recording:
         place += size * np.sin(wave)
         speed += size * w * np.cos(wave)
         acceleration -= size * w**2 * np.sin(wave)
+    return place, speed, acceleration
+
+
+def sprung(seed: int, cubic_n_m3: float, spot_n: float = 0.0) -> Recording:
+    """What moves the mass, read with the noise of an encoder and a load cell. A guide with a spot
+    has dry friction everywhere, and more of it there.
+    """
+    random, t = np.random.default_rng(seed), np.arange(0.0, 12.0, PERIOD_S)
+    place, speed, acceleration = moved(random, t)
     way = place - REST_M
     force = MASS_KG * acceleration + DRAG_N_S_M * speed + SPRING_N_M * way + cubic_n_m3 * way**3
+    if spot_n > 0.0:
+        level_n = COULOMB_N + spot_n * np.exp(-(((place - SPOT_M) / SPOT_HALF_M) ** 2))
+        force += level_n * np.tanh(speed / 2e-3)
     columns = {
         "place": place + random.normal(0.0, 5e-6, len(t)),
         "drive": force + random.normal(0.0, 0.15, len(t)),
@@ -76,6 +89,20 @@ def test_a_linear_spring_is_named_beside_a_cubic_one(tmp_path):
     assert {one.name for one in found.effects} == {"spring", "cubic_spring"}, found.says
     assert found.fitted["friction.spring_n"] == pytest.approx(SPRING_N_M * HALF_STROKE_M, rel=0.02)
     assert found.fitted["friction.cubic_n_m3"] == pytest.approx(4e4, rel=0.05)
+
+
+@pytest.mark.parametrize("known_n", [0.0, 25.0])
+def test_a_spring_that_is_wrong_or_missing_is_named_beside_a_rough_spot(known_n, tmp_path):
+    """As 25 N in the plant file was made up for by a drive's gain, while a set held one law of the
+    place.
+    """
+    spring = f", spring: {{spring: {known_n} N, spring_rest: 0.1}}" if known_n else ""
+    plant = f"{BARE}effects: {{coulomb: {{coulomb: {COULOMB_N} N}}{spring}}}\n"
+    logs = [sprung(seed, 0.0, 3.0) for seed in (1, 2)]
+    found = diagnose(opened(tmp_path, CARRIAGE, plant), logs, how_far=False)
+    assert {one.name for one in found.effects} == {"spring", "rough_spot"}, found.says
+    assert found.fitted["friction.spring_n"] == pytest.approx(SPRING_N_M * HALF_STROKE_M, rel=0.02)
+    assert found.fitted["friction.spot_n"] == pytest.approx(3.0, rel=0.1)
 
 
 def test_on_a_shaft_it_is_a_torque_over_a_cubic_radian():
