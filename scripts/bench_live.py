@@ -261,7 +261,7 @@ def report(
         "silent": silent(stretches.received),
         "missing_from_the_log": missing,
         "marks_of_a_flood": marks,
-        "said": next((s for s in said.splitlines() if " takes about " not in s), ""),
+        "said": said.strip().splitlines()[0] if said.strip() else "",
     }
 
 

@@ -71,7 +71,7 @@ def test_in_lock_step_every_rig_completes_and_its_log_replays_to_the_byte(rig, t
     files = rig_path, experiment_file(Scenario((), "", "", 0, rig=rig), tmp_path)
     done = on_the_bus(*files, tmp_path / "run.mcap", "--lock-step")
     warned = [line for line in done.stderr.splitlines() if not line.startswith("UNPROTECTED")]
-    assert done.returncode == 0 and "\ncompleted\n" in done.stdout and not warned, (
+    assert done.returncode == 0 and done.stdout.startswith("completed\n") and not warned, (
         done.stdout,
         done.stderr,
     )
@@ -98,7 +98,10 @@ def test_in_real_time_a_run_completes_and_its_log_replays_to_the_byte(tmp_path):
     done = on_the_bus(
         rig_file(patient, tmp_path), experiment_file(patient, tmp_path), tmp_path / "run.mcap"
     )
-    assert done.returncode == 0 and "\ncompleted\n" in done.stdout, (done.stdout, done.stderr)
+    assert done.returncode == 0 and done.stdout.startswith("completed\n"), (
+        done.stdout,
+        done.stderr,
+    )
     replayed = epa("replay", tmp_path / "run.mcap")
     assert replayed.returncode == 0 and "every output byte identical" in replayed.stdout, (
         replayed.stdout
