@@ -166,14 +166,14 @@ def driven(
     views: "Views | None" = None,
     requests: "OperatorRequests | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
-    """One run, recorded into ``out``, on the rig that the backend's arguments say. Says how long
-    it takes before it starts. ``seed``,
-    ``speed``: of a simulated one. Raises VerbError.
+    """One run, recorded into ``out``, on the rig that the backend's arguments say. How long it takes
+    is said before it starts, unless --quiet. ``seed``, ``speed``: of a simulated one. Raises VerbError.
     """
     check_free(out)
-    takes = f"{inputs.experiment.name} takes {duration_words(inputs.experiment)}"
-    print(filled(takes), flush=True)
     progress = not arguments.quiet
+    if progress:
+        takes = f"{inputs.experiment.name} takes {duration_words(inputs.experiment)}"
+        print(filled(takes, sys.stderr), file=sys.stderr, flush=True)
     if arguments.backend == "sim":
         return run_simulated(inputs, out, seed, speed, progress, views=views, requests=requests)
     return run_on_bus(

@@ -79,8 +79,8 @@ def test_how_long_a_run_takes_is_said_before_it_starts(tmp_path, monkeypatch, ca
     assert capsys.readouterr().out == f"{path}: experiment rest on bench, 2 phases, {takes}"
     monkeypatch.setattr("epa_rt.cli.run.run_simulated", lambda *_, **__: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        main(["run", str(path), "--rig", rig, "-o", str(tmp_path), "--quiet"])
-    assert capsys.readouterr().out == f"rest takes {takes}"
+        main(["run", str(path), "--rig", rig, "-o", str(tmp_path)])
+    assert capsys.readouterr().err == f"rest takes {takes}"
 
 
 def test_a_log_is_never_overwritten(tmp_path):
