@@ -166,8 +166,9 @@ def driven(
     views: "Views | None" = None,
     requests: "OperatorRequests | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
-    """One run, recorded into ``out``, on the rig that the backend's arguments say. How long it takes
-    is said before it starts, unless --quiet. ``seed``, ``speed``: of a simulated one. Raises VerbError.
+    """One run, recorded into ``out``, on the rig that the backend's arguments say; before it starts
+    it says how long that takes, unless --quiet. ``seed``, ``speed``: of a simulated one. Raises
+    VerbError.
     """
     check_free(out)
     progress = not arguments.quiet
