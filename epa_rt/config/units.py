@@ -30,10 +30,14 @@ _READ_IN: dict[str, tuple[tuple[str, float, float], ...]] = {
 }
 
 
+ZEROS = 12  # powers of ten that are written out; of more nobody counts the zeros
+
+
 def plain(value: float, digits: int = 6) -> str:
-    """A number to so many digits, without an exponent: '40000', '0.00002'."""
+    """A number to so many digits, without an exponent that fits: '40000', '0.00002', '1e+300'."""
     text = f"{value:.{digits}g}"
-    return f"{Decimal(text):f}" if "e" in text else text
+    power = text.partition("e")[2]
+    return f"{Decimal(text):f}" if power and abs(int(power)) <= ZEROS else text
 
 
 def readable(value: float, si_unit: str, digits: int = 6) -> str:
