@@ -24,11 +24,12 @@ TESTS = Path(__file__).parent
 COSTS = TESTS / "costs.json"
 TURN, ALL = "EPA_TEST_TURN", "all"
 CHOSEN = pytest.StashKey[str]()
-COSTLY_S = 1.0  # of processor time, all parameters of a test together
+COSTLY_S = 0.3  # of processor time, all parameters of a test together
 CI_S = 15 * 60
 # of that before the first test: the environment is made, and pytest collects in every process
 BEFORE_TESTS_S = 225
 PROCESSORS = 2
+SLOWER = 1.26  # what CI took over what these sums said, the machines being two
 # what a commit may never break, and what CI runs so that it does not rot: never waits for a turn
 EVERY_TIME = (
     "benchmark/test_sealed_cases.py",
@@ -43,11 +44,23 @@ EVERY_TIME = (
     "test_scripts.py::test_the_benchmark_of_the_bus_gives_its_figures",
     "test_types.py",
 )
+# of these: what tests the tests waits all the same
+TESTS_OF_TESTS = ("safety/test_coverage.py", "safety/test_mutants.py")
 
 
 def function_of(nodeid: str) -> str:
     """A test without its parameters and its group: ``gap/test_floor.py::test_it``."""
     return nodeid.partition("[")[0].partition("@")[0].removeprefix("tests/")
+
+
+def may_wait(name: str) -> bool:
+    """Whether a test, by ``function_of``, may wait for its turn."""
+    return not name.startswith(EVERY_TIME) or name.startswith(TESTS_OF_TESTS)
+
+
+def spare_s(every_time_s: float) -> float:
+    """Processor time that CI has for tests that wait, s."""
+    return (CI_S / SLOWER - BEFORE_TESTS_S) * PROCESSORS - every_time_s
 
 
 def costs(seconds: Iterable[tuple[str, float]]) -> dict:
@@ -59,20 +72,20 @@ def costs(seconds: Iterable[tuple[str, float]]) -> dict:
     costly_s = {
         name: round(all_s, 1)
         for name, all_s in together_s.items()
-        if all_s >= COSTLY_S and not name.startswith(EVERY_TIME)
+        if all_s >= COSTLY_S and may_wait(name)
     }
     waiting_s = sum(costly_s.values())
     every_time_s = sum(together_s.values()) - waiting_s
-    spare_s = (CI_S - BEFORE_TESTS_S) * PROCESSORS - every_time_s
-    if spare_s <= 0:
+    left_s = spare_s(every_time_s)
+    if left_s <= 0:
         raise ValueError(
             f"found {every_time_s:.0f} s of processor time in tests that run every time, expected"
-            f" less than {(CI_S - BEFORE_TESTS_S) * PROCESSORS} s"
+            f" less than {spare_s(0.0):.0f} s"
         )
     return {
         "every_time_s": round(every_time_s),
         "waiting_s": round(waiting_s),
-        "turns": max(1, math.ceil(waiting_s / spare_s)),
+        "turns": max(1, math.ceil(waiting_s / left_s)),
         "costly_s": costly_s,
     }
 
