@@ -15,7 +15,8 @@ class Knob(NamedTuple):
     believed before any data is seen, of an effect's knob the distance from neutral to a typical
     strength. ``effect`` is None for a nominal parameter. ``absent``: of an effect's knob, the value
     at which the effect is not there, which a plant file that has the effect does not have; None:
-    ``value``.
+    ``value``. ``stated``: of an effect's knob, the standard deviation that the rig's own papers
+    give it; None: they say nothing.
     """
 
     key: str
@@ -26,6 +27,7 @@ class Knob(NamedTuple):
     spread: float
     effect: str | None = None
     absent: float | None = None
+    stated: float | None = None
 
 
 class Effect(NamedTuple):

@@ -13,6 +13,8 @@ from epa_rt.config.calibration_file import (
 )
 from epa_rt.config.rig import load_rig, rig_from
 from epa_rt.config.source import ConfigError, load_yaml, parse_yaml
+from epa_rt.gap.rig.house.subject import HouseSubject
+from epa_rt.models.plant_file import load_plant
 from epa_rt.signals.codec import Decoder
 from epa_rt.signals.image import image_of
 from sim_backend.wiring import wire_analog_inputs
@@ -88,6 +90,12 @@ def test_the_prior_of_a_reading_is_its_calibration(rig):
     )
     assert prior["muscle_force_n"].offset_std == pytest.approx(one.zero_uncertainty, rel=1e-2)
     assert reading_priors(load_rig(ROOT / "config/rigs/bench.yaml")) == {}
+    knobs = HouseSubject(load_rig(rig), load_plant(ROOT / "config/plants/bench.yaml")).knobs
+    stated = {key: knob.stated for key, knob in knobs.items() if knob.stated is not None}
+    assert stated == {
+        "sensors.force_gain_ratio": prior["muscle_force_n"].gain_ratio_std,
+        "sensors.force_offset_n": prior["muscle_force_n"].offset_std,
+    }
 
 
 def change(rig, **changes):

@@ -89,13 +89,23 @@ def strain(view: View) -> np.ndarray:
 
     Spreads that healthy runs have are known from these alone: one more run is then of a
     multivariate Student's t about them (Gelman et al., Bayesian Data Analysis, 3.6). A change since
-    then has a size too: an effect's own numbers are heavy-tailed about none in typical strengths.
+    then has a size too, and so has an error of a reading that was calibrated: an effect's own
+    number is heavy-tailed about none where its size is known.
     """
     z = view.z[..., view.nominal]
     if view.runs:
         usual = -0.5 * view.runs * np.log1p((z**2).sum(axis=-1) / (view.runs - 1.0))
-        own = view.z[..., view.sized]
-        return usual - 0.5 * (TAILS + 1.0) * np.log1p(own**2 / TAILS).sum(axis=-1)
+    else:
+        usual = _heavy_tailed(z)
+    own = view.known > 0.0
+    if not own.any():
+        return usual
+    known = view.known[own]
+    return usual + _heavy_tailed(view.z[..., own] * known) + float(np.log(known).sum())
+
+
+def _heavy_tailed(z: np.ndarray) -> np.ndarray:
+    """(...,) log density of a Student's t at z (..., k), up to a constant."""
     return -0.5 * (TAILS + 1.0) * np.log1p(z**2 / TAILS).sum(axis=-1)
 
 

@@ -55,7 +55,8 @@ class View:
     """``links``: link name to what is seen of it. ``keys``: of the fit's numbers; ``z`` (k,): their
     distance from the plant file, in spreads; ``nominal`` (k,): which are nominal parameters.
     ``runs``: from how many healthy runs their spreads are known; 0: the plant file says them.
-    ``sized`` (k,): numbers of effects of which a typical size is known, since healthy runs.
+    ``known`` (k,): of an effect's number, its spread over the standard deviation that is known of
+    it, by healthy runs or a calibration; 0 where nothing is.
     """
 
     links: Mapping[str, Seen]
@@ -63,7 +64,7 @@ class View:
     z: np.ndarray = field(default_factory=lambda: np.zeros(0))
     nominal: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     runs: int = 0
-    sized: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    known: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     @property
     def excess(self) -> float:
@@ -124,31 +125,34 @@ def blocks(
             for link, residual, matrix in zip(bare.links, residuals, normal.matrix, strict=True)
         },
         *_numbers(normal),
-        *((usual.runs, _sized(problem, effects, normal)) if usual else ()),
+        usual.runs if usual else 0,
+        _known(problem, normal),
     )
 
 
 def free_run(ground: Ground, normal: Normal) -> View:
     """The whole plant at a point fitted to it."""
     seen = Seen(ground.noise, float(normal.square.sum()), normal.matrix.sum(axis=(0, 1)))
-    return View({LINK: seen}, *_numbers(normal))
+    return View({LINK: seen}, *_numbers(normal), known=_known(ground.whole, normal))
 
 
 def _loose(problem: Problem, link: str) -> bool:
     return problem.floors[link].source != "twin" and problem.subject.usual is None
 
 
-def _sized(problem: Problem, effects: tuple[str, ...], normal: Normal) -> np.ndarray:
-    """(k,) numbers of effects, but for periods and phases of waves over an angle: those are known
-    to nobody.
-    """
+def _known(problem: Problem, normal: Normal) -> np.ndarray:
+    """(k,) as ``View.known``. Periods and phases of waves over an angle are known to nobody."""
     waves = {
-        key
-        for name in effects
-        if problem.effects[name].swings_over
-        for key in problem.effects[name].knobs[1:]
+        key for effect in problem.effects.values() if effect.swings_over for key in effect.knobs[1:]
     }
-    return np.array([key not in waves for key in normal.keys]) & (normal.prior == 0.0)
+
+    def of(key: str) -> float:
+        knob = problem.knobs[key]
+        if knob.stated is not None:
+            return knob.spread / knob.stated
+        return float(problem.subject.usual is not None and key not in waves)
+
+    return np.array([of(key) for key in normal.keys]) * (normal.prior == 0.0)
 
 
 def _numbers(normal: Normal) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:

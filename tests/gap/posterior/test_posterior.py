@@ -52,6 +52,20 @@ def test_spreads_from_few_runs_forbid_less_than_those_from_many():
     assert costs(20, [0.0], own=12.0) > costs(20, [0.0], own=1.0) > 0.0
 
 
+@pytest.mark.parametrize("known", [0.3, 1.0, 7.0])
+def test_what_is_known_of_a_number_is_a_prior_and_no_fine(known):
+    """However well a calibration knows an error, all its sizes together are as probable."""
+
+    def density(known: float) -> np.ndarray:
+        one, own = np.linspace(-400.0, 400.0, 400_001)[:, None], np.array([False])
+        return np.exp(strain(View({}, ("a",), one, own, known=np.array([known]))))
+
+    z, probable = np.linspace(-400.0, 400.0, 400_001), density(known)
+    assert np.trapezoid(probable, z) == pytest.approx(np.trapezoid(density(1.0), z), rel=1e-4)
+    # five stated deviations are improbable, and not impossible
+    assert 1e-4 < np.interp(5.0 / known, z, probable) / np.interp(0.0, z, probable) < 0.02
+
+
 def test_a_rig_without_a_gap_has_most_probably_none():
     _, answer = found()
     assert answer.models[0][0].effects == () and answer.models[0][1] > 0.5

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from epa_rt.calibrate.prior import reading_priors
 from epa_rt.config.rig import Rig, load_rig
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.house import smooth
@@ -36,6 +37,7 @@ from epa_rt.models.knobs import write_knob
 from epa_rt.models.parameters import copied
 from epa_rt.models.parameters import effects as effect_rows
 from epa_rt.models.plant_file import PlantFile, load_plant, save_plant
+from epa_rt.models.tables_load import split
 
 MOST_KEPT = 16  # sets of parameters
 MOST_RESIDUALS = 512  # of a recording, some twenty kilobytes each: fits ask for many again
@@ -75,6 +77,21 @@ class HouseSubject(Plain):
             for key in effect.knobs
             if key not in self._own
         }
+        self.knobs = {**self.knobs, **self._calibrated()}
+
+    def _calibrated(self) -> dict[str, Knob]:
+        """Scale and zero of every reading that has a calibration, with what that states of them."""
+        priors, found = reading_priors(self.rig), {}
+        for port, channel in self.channels.items():
+            stem, suffix = split(port)
+            prior = priors.get(channel.column)
+            for key, stated in (
+                (f"sensors.{stem}_gain_ratio", prior and prior.gain_ratio_std),
+                (f"sensors.{stem}_offset{suffix}", prior and prior.offset_std * abs(channel.scale)),
+            ):
+                if stated and key in self.knobs and key not in self._own:
+                    found[key] = self.knobs[key]._replace(stated=stated)
+        return found
 
     def _touch(self, key: str, names: tuple[str, ...]) -> tuple[str, ...]:
         if key not in self._reach:
