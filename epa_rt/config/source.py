@@ -46,6 +46,9 @@ class ConfigError(Exception):
             f"{path}:{line}: {where + ': ' if where else ''}found {found}, expected {expected}"
         )
 
+    def __reduce__(self) -> tuple[Any, ...]:  # else a pool that one leaves breaks
+        return ConfigError, (self.path, self.line, self.where, self.found, self.expected)
+
     @property
     def errors(self) -> "tuple[ConfigError, ...]":
         """Every sentence about the file; of this one, itself."""
@@ -59,6 +62,9 @@ class ConfigErrors(ConfigError):
         first = errors[0]
         super().__init__(first.path, first.line, first.where, first.found, first.expected)
         self._errors = tuple(errors)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ConfigErrors, (self._errors,)
 
     @property
     def errors(self) -> tuple[ConfigError, ...]:
