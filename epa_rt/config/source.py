@@ -299,6 +299,8 @@ def _first_error(located: Located, error: Any, model: Any) -> ConfigError:
         return located.error(
             (*where, key), f"'{context['tag']}'", f"one of {context['expected_tags']}"
         )
+    if kind == "too_short" and context["actual_length"] == 0:
+        return located.error(where, "an empty list", f"at least {context['min_length']} in it")
     message = str(context.get("error", problem["msg"]))
     if message.startswith("found ") and ", expected " in message:
         found, expected = message[6:].split(", expected ", 1)
