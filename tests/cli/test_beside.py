@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from epa_rt.cli.exits import FAILED, VerbError
+from epa_rt.cli.gap.beside import Beside
+
 ROOT = Path(__file__).resolve().parents[2]
 ASKS = """
 import os, time
@@ -47,3 +50,14 @@ def test_a_process_beside_ends_with_the_one_that_asked(number):
     while not ended(beside) and time.monotonic() < until:
         time.sleep(0.02)
     assert ended(beside)
+
+
+def test_one_that_was_ended_from_outside_is_one_sentence():
+    beside = Beside(1)
+    try:
+        for _ in range(2):
+            with pytest.raises(VerbError, match="out of memory") as error:
+                beside.ask(os._exit, 9)
+            assert error.value.code == FAILED
+    finally:
+        beside.close()

@@ -4,12 +4,13 @@ import os
 import signal
 import threading
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context, parent_process
 from types import FrameType
 from typing import TypeVar
 
-from epa_rt.cli.exits import STOPPED
+from epa_rt.cli.exits import FAILED, STOPPED, VerbError
 
 Answer = TypeVar("Answer")
 
@@ -21,13 +22,24 @@ class Beside:
         self._pool = ProcessPoolExecutor(processes, get_context("spawn"), _begin)
 
     def ask(self, work: Callable[..., Answer], *arguments: object) -> Answer:
-        """What ``work`` gives, done by one of them. Raises what it raises."""
+        """What ``work`` gives, done by one of them. Raises what it raises, and VerbError where one
+        was ended by something else.
+        """
+        try:
+            return self._begun(work, *arguments).result()
+        except BrokenProcessPool:
+            raise VerbError(
+                "found a process beside this one that was ended (out of memory?), expected its"
+                " answer",
+                FAILED,
+            ) from None
+
+    def _begun(self, work: Callable[..., Answer], *arguments: object) -> "Future[Answer]":
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:  # a process takes this over: Ctrl-C while it loads waits for its handler
-            answer = self._pool.submit(work, *arguments)
+            return self._pool.submit(work, *arguments)
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        return answer.result()
 
     def close(self) -> None:
         """Waits for what is under way; nothing else begins."""
