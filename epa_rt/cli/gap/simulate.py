@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 class Simulator:
     """Runs as fast as they go, through the full loop and a log; logs are numbered in ``folder``.
-    Processes beside this one run them, so that two threads may ask at once. To be left as a
-    context.
+    Processes beside this one run them, so that two threads may ask at once. A context, which ends
+    the processes.
     """
 
     def __init__(self, folder: Path):
