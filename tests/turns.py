@@ -29,7 +29,7 @@ CI_S = 15 * 60
 # of that before the first test: the environment is made, and pytest collects in every process
 BEFORE_TESTS_S = 225
 PROCESSORS = 2
-SLOWER = 1.26  # what CI took over what these sums said, the machines being two
+SLOWER = 1.26  # CI's time over what these sums say: costs are measured on a faster machine
 # what a commit may never break, and what CI runs so that it does not rot: never waits for a turn
 EVERY_TIME = (
     "benchmark/test_sealed_cases.py",

@@ -155,7 +155,8 @@ def _describe_queue(path: Path) -> Answer:
         queue.check_files(item)
         inputs = load_inputs(item.experiment, item.rig, item.plant, with_plant=True)
         duration_s += inputs.experiment.duration_s
-    return Answer(f"queue {queue.name}, {len(queue.items)} runs, about {duration(duration_s)}")
+    n = len(queue.items)
+    return Answer(f"queue {queue.name}, {n} run{'s' * (n != 1)}, about {duration(duration_s)}")
 
 
 def _describe_rig(path: Path, source: "Located") -> Answer:
@@ -203,7 +204,8 @@ def _describe_experiment(source: "Located", rig: "Rig | None") -> Answer:
         raise source.error(
             ("experiment",), str(error), "loops that go together in one run"
         ) from None
+    n = len(experiment.phases)
     return Answer(
-        f"experiment {experiment.name} on {rig.name}, {len(experiment.phases)} phases,"
+        f"experiment {experiment.name} on {rig.name}, {n} phase{'s' * (n != 1)},"
         f" {duration_words(experiment)}"
     )

@@ -34,9 +34,9 @@ def show_dry_run(experiment: "Experiment", rig: "Rig", out: Path) -> Sequence[st
     repeated = repeat_words(experiment_file(experiment.text))
     if repeated:
         print(filled(repeated))
-    trials = len(experiment.trials)
+    phases, trials = len(dry.phases), len(experiment.trials)
     print(
-        f"about {seconds(dry.duration_s)} in {len(dry.phases)} phases, {trials} of them"
+        f"about {seconds(dry.duration_s)} in {phases} phase{'s' * (phases != 1)}, {trials} of them"
         f" {'a trial' if trials == 1 else 'trials'}; nothing has moved"
     )
     for finding in dry.findings:

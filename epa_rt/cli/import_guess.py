@@ -1,5 +1,6 @@
 """epa import --guess: the draft of a mapping, on the screen or in a file, and what is unsure."""
 
+import os
 import sys
 import textwrap
 from pathlib import Path
@@ -46,11 +47,13 @@ def draft(files: list[Path], out: Path | None) -> int:
 def _write(out: Path, text: str) -> None:
     from epa_rt.runs.new_file import write_new
 
-    try:
-        with written_to(out):
+    with written_to(out):
+        try:
             write_new(out, lambda file: _all(file, text))
-    except FileExistsError:
-        raise VerbError(f"{out}: found a file, expected a name that is free") from None
+        except FileExistsError:
+            if not os.path.lexists(out):
+                raise  # it is a folder of its path that is a file
+            raise VerbError(f"{out}: found a file, expected a name that is free") from None
 
 
 def _all(file: IO[bytes], text: str) -> None:

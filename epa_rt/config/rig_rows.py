@@ -58,9 +58,7 @@ def reading(name: str, value: float) -> str:
 
 
 def reading_and_limits(name: str, value: float, low: float, high: float) -> tuple[str, str]:
-    """A value and its limits, with digits enough to tell them apart: '360.25 N' and
-    '-40 to 350 N'.
-    """
+    """A value of a signal and its limits, SI, to six digits: '360.25 N' and '-40 to 350 N'."""
     unit_text = _read_unit(name)
     return readable(value, unit_text), readable_range((low, high), unit_text)
 

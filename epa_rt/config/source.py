@@ -46,6 +46,9 @@ class ConfigError(Exception):
             f"{path}:{line}: {where + ': ' if where else ''}found {found}, expected {expected}"
         )
 
+    def __reduce__(self) -> tuple[Any, ...]:  # else a pool that one leaves breaks
+        return ConfigError, (self.path, self.line, self.where, self.found, self.expected)
+
     @property
     def errors(self) -> "tuple[ConfigError, ...]":
         """Every sentence about the file; of this one, itself."""
@@ -59,6 +62,9 @@ class ConfigErrors(ConfigError):
         first = errors[0]
         super().__init__(first.path, first.line, first.where, first.found, first.expected)
         self._errors = tuple(errors)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ConfigErrors, (self._errors,)
 
     @property
     def errors(self) -> tuple[ConfigError, ...]:
@@ -293,6 +299,8 @@ def _first_error(located: Located, error: Any, model: Any) -> ConfigError:
         return located.error(
             (*where, key), f"'{context['tag']}'", f"one of {context['expected_tags']}"
         )
+    if kind == "too_short" and context["actual_length"] == 0:
+        return located.error(where, "an empty list", f"at least {context['min_length']} in it")
     message = str(context.get("error", problem["msg"]))
     if message.startswith("found ") and ", expected " in message:
         found, expected = message[6:].split(", expected ", 1)

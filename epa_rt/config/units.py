@@ -30,11 +30,13 @@ _READ_IN: dict[str, tuple[tuple[str, float, float], ...]] = {
 }
 
 
-ZEROS = 12  # powers of ten that are written out; of more nobody counts the zeros
+ZEROS = 12  # the largest power of ten that is written out: of more nobody counts the zeros
 
 
 def plain(value: float, digits: int = 6) -> str:
-    """A number to so many digits, without an exponent that fits: '40000', '0.00002', '1e+300'."""
+    """A number to so many digits, with an exponent only beyond ZEROS: '40000', '0.00002',
+    '1e+300'.
+    """
     text = f"{value:.{digits}g}"
     power = text.partition("e")[2]
     return f"{Decimal(text):f}" if power and abs(int(power)) <= ZEROS else text

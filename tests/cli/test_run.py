@@ -81,6 +81,11 @@ def test_how_long_a_run_takes_is_said_before_it_starts(tmp_path, monkeypatch, ca
     with pytest.raises(ZeroDivisionError):
         main(["run", str(path), "--rig", rig, "-o", str(tmp_path)])
     assert capsys.readouterr().err == f"rest takes {takes}"
+    path.write_text(path.read_text().replace("  - {name: hold, for: 5 h}\n", ""))
+    assert main(["check", str(path), "--rig", rig]) == 0
+    assert " on bench, 1 phase, about 2.0 s; longest " in capsys.readouterr().out
+    assert main(["run", str(path), "--rig", rig, "--dry", "-o", str(tmp_path)]) == 0
+    assert "about 2.000 s in 1 phase, 0 of them trials" in capsys.readouterr().out
 
 
 def test_a_log_is_never_overwritten(tmp_path):

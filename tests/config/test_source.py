@@ -1,5 +1,6 @@
 """Reading YAML: data with the line of every key, or a ConfigError; never another exception."""
 
+import pickle
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from epa_rt.config.rig import rig_from
-from epa_rt.config.source import ConfigError, Located, load_yaml, parse_yaml
+from epa_rt.config.source import ConfigError, ConfigErrors, Located, load_yaml, parse_yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 SOUND = (ROOT / "config/rigs/bench.yaml").read_bytes()
@@ -91,3 +92,11 @@ def test_a_file_without_permission_is_a_sentence(tmp_path, monkeypatch):
     monkeypatch.setattr(Path, "open", refuse)
     with pytest.raises(ConfigError, match="without permission"):
         load_yaml(tmp_path / "x.yaml")
+
+
+def test_an_error_comes_whole_out_of_another_process():
+    one = ConfigError("rig.yaml", 3, "rate", "0 Hz", "more")
+    for error in (one, ConfigErrors([one, ConfigError("rig.yaml", 4, "", "x", "y")])):
+        came = pickle.loads(pickle.dumps(error))
+        assert type(came) is type(error) and str(came) == str(error) and came.line == 3
+        assert [str(each) for each in came.errors] == [str(each) for each in error.errors]

@@ -325,7 +325,7 @@ BROKEN = {
     ),
     "band upside down": ([MULTI, ("to: 2 Hz", "to: 0.1 Hz")], 8, "'0.1 Hz'", "above 'from'"),
     "too steep a step": ([STEP, ("300 ms", "5 ms")], 8, "a speed of up to", "70 mm/s"),
-    "no step": ([STEP, ("[5 mm, 0 mm]", "[]")], 8, "a list", "at least 1"),
+    "no step": ([STEP, ("[5 mm, 0 mm]", "[]")], 8, "an empty list", "at least 1"),
     "motion from nowhere": (
         [("move: {to: no_load, speed: 20 mm/s}", "for: 1 s")],
         8,
@@ -355,7 +355,12 @@ BROKEN = {
         "'times' beside 'repeat'",
         "one of the two",
     ),
-    "no phases": ([(BASE[BASE.index("phases:") :], "phases: []\n")], 3, "a list", "at least 1"),
+    "no phases": (
+        [(BASE[BASE.index("phases:") :], "phases: []\n")],
+        3,
+        "an empty list",
+        "at least 1",
+    ),
     "a key twice": (
         [("for: 10 s", "for: 10 s\n    for: 20 s")],
         10,

@@ -3,13 +3,12 @@ a new experiment.
 """
 
 import itertools
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import VerbError
+from epa_rt.cli.gap.beside import Beside
 from epa_rt.cli.inputs import EXPERIMENT, PLANT, inputs_of_log
 from epa_rt.cli.run import run_simulated
 from epa_rt.gap.side_by_side import WORKERS
@@ -21,14 +20,14 @@ if TYPE_CHECKING:
 
 class Simulator:
     """Runs as fast as they go, through the full loop and a log; logs are numbered in ``folder``.
-    Processes beside this one run them, so that two threads may ask at once. To be left as a
-    context.
+    Processes beside this one run them, so that two threads may ask at once. A context, which ends
+    the processes.
     """
 
     def __init__(self, folder: Path):
         self._folder = folder
         self._numbers = itertools.count(1)
-        self._pool = ProcessPoolExecutor(WORKERS, get_context("spawn"))
+        self._beside = Beside(WORKERS)
 
     def __enter__(self) -> "Simulator":
         return self
@@ -39,7 +38,7 @@ class Simulator:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._pool.shutdown(cancel_futures=True)
+        self._beside.close()
 
     def again(self, plant: Path, real: "Recording", seed: int) -> "Recording":
         """The experiment of a log on its own rig with another plant file. Raises ConfigError,
@@ -74,7 +73,7 @@ class Simulator:
 
         inputs_of_log(log, files)  # what is wrong with them is said here
         out = self._folder / f"run-{next(self._numbers):03d}.mcap"
-        outcome, failure = self._pool.submit(_run_into, out, log, files, seed).result()
+        outcome, failure = self._beside.ask(_run_into, out, log, files, seed)
         if outcome == "stopped":
             raise KeyboardInterrupt  # the run itself took the operator's Ctrl-C
         if failure:

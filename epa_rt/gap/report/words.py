@@ -125,7 +125,7 @@ def parameter_words(one: Number) -> tuple[str, str, str, str]:
     """
     factor, _, unit = _SHOWN.difference_scale(one.unit)
     if not 1e-3 <= abs(one.value * factor) < 1e5:
-        factor, unit = 1.0, one.unit
+        factor, unit = 1.0, one.unit if one.unit != "1" else ""
     value, low, high, neutral = (
         number(x * factor, 4) for x in (one.value, one.low, one.high, one.neutral)
     )

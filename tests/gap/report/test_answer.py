@@ -290,6 +290,7 @@ def test_numbers_stand_in_the_units_that_a_person_reads():
         and percent(-0.5) == "−50 %"
     )
     assert parameter_words(SLIP.parameters[1]) == ("1.900", "1.600 to 2.200", "2.000", "mm")
+    assert parameter_words(Number("rest_ratio", 0.0, "1", -0.1, 0.1, 0.0))[3] == ""
 
 
 def test_why_a_confidence_is_low_stands_below_the_names_and_what_the_gate_missed_beside_it():

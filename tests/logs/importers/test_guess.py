@@ -49,6 +49,9 @@ def test_the_draft_is_written_once_says_its_doubts_and_can_be_imported(tmp_path,
     assert load_mapping(out)[0].clock.period == 0.01
     assert main(["import", "--guess", str(path), "-o", str(out)]) == 2
     assert "found a file" in capsys.readouterr().err and out.read_text() == text
+    (tmp_path / "link.yaml").symlink_to("nowhere")
+    assert main(["import", "--guess", str(path), "-o", str(tmp_path / "link.yaml")]) == 2
+    assert "link.yaml: found a file, expected a name" in capsys.readouterr().err
     assert main(["import", "--guess", str(path)]) == 0
     shown = capsys.readouterr()
     assert shown.out == text and "unsure: force_n" in shown.err

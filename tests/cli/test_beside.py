@@ -1,0 +1,63 @@
+"""Processes beside a diagnosis end with it, however it ends, and without a word of their own."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from epa_rt.cli.exits import FAILED, VerbError
+from epa_rt.cli.gap.beside import Beside
+
+ROOT = Path(__file__).resolve().parents[2]
+ASKS = """
+import os, time
+from epa_rt.cli.gap.beside import Beside
+beside = Beside(1)
+print(beside.ask(os.getpid), flush=True)
+try:
+    beside.ask(time.sleep, 60.0)
+except KeyboardInterrupt:
+    beside.close()
+"""
+
+
+def ended(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_process_beside_ends_with_the_one_that_asked(number):
+    """Ctrl-C comes to both at once; SIGTERM only to the one that asked."""
+    command = [sys.executable, "-c", ASKS]
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=-1, stderr=-1, text=True, start_new_session=True
+    ) as asks:
+        beside = int(asks.stdout.readline())
+        time.sleep(0.2)
+        (os.killpg if number == signal.SIGINT else os.kill)(asks.pid, number)
+        said = asks.communicate(timeout=30)[1]
+        assert asks.returncode == (0 if number == signal.SIGINT else -number)
+        assert "Traceback" not in said
+    until = time.monotonic() + 10.0
+    while not ended(beside) and time.monotonic() < until:
+        time.sleep(0.02)
+    assert ended(beside)
+
+
+def test_one_that_was_ended_from_outside_is_one_sentence():
+    beside = Beside(1)
+    try:
+        for _ in range(2):
+            with pytest.raises(VerbError, match="out of memory") as error:
+                beside.ask(os._exit, 9)
+            assert error.value.code == FAILED
+    finally:
+        beside.close()
