@@ -49,6 +49,12 @@ def test_what_runs_every_time_may_not_take_longer_than_ci():
         turns.costs([("tests/safety/test_c.py::test_c", 2e4)])
 
 
+def test_a_turn_of_the_file_fits_into_the_time_of_ci():
+    """A new limit, or another list of what runs every time, asks for costs measured anew."""
+    known = json.loads(turns.COSTS.read_text(encoding="utf-8"))
+    assert known["waiting_s"] / known["turns"] <= turns.spare_s(known["every_time_s"])
+
+
 def test_every_name_in_the_file_is_that_of_a_test():
     """A test that is renamed would run every time, and its old name wait for ever."""
     known = json.loads(turns.COSTS.read_text(encoding="utf-8"))

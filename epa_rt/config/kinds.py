@@ -66,8 +66,10 @@ def begun(head: bytes) -> str:
 
 
 def named(path: Path) -> str | None:
-    """What a file is, in words; None where nothing tells. Never raises."""
+    """What a file is, in words; None where nothing tells. Never raises, nor waits at a pipe."""
     try:
+        if not path.is_file():
+            return None
         with path.open("rb") as file:
             head = file.read(_LOOKED_AT)
     except OSError:

@@ -341,7 +341,7 @@ def test_the_catalogue_of_other_rigs_says_their_equations_and_in_what_its_bounds
         ),
         (["diagnose", "{log}", "{log}"], "expected every log once"),
         (["diagnose", "nothing.mcap"], "nothing.mcap"),
-        (["diagnose", "{rig}"], "expected an MCAP log"),
+        (["diagnose", "{rig}"], "found a rig file among the logs, expected --rig"),
         (["diagnose", "{log}", "--plant", "{rig}"], "bench.yaml:"),
         (["localise", "{log}", "--json", "where.txt"], "expected .json"),
         (["patch", "{rig}", "-o", "x.yaml"], "found no JSON"),

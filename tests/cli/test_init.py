@@ -80,5 +80,5 @@ def test_a_second_time_nothing_is_lost(tmp_path, capsys):
 
 def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path, capsys):
     (tmp_path / "file").write_text("")
-    assert main(["init", str(tmp_path / "file")]) == 4
+    assert main(["init", str(tmp_path / "file")]) == 2
     assert capsys.readouterr().err.count("\n") == 1

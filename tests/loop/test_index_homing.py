@@ -308,7 +308,7 @@ def test_a_count_that_is_not_the_home_position_is_no_home(tmp_path):
     inner = one.model.set_homing
     one.model.set_homing = lambda options: inner(options and options._replace(home_counts=9000))
     result, _ = one.seek_index()
-    assert result.trip.cause == "position jump" and "expected 0.01027 (0x30B0)" in result.cause
+    assert result.trip.cause == "position jump" and "expected 10.27 mm (0x30B0)" in result.cause
     assert one.furthest_m < one.way.turn and one.ended_at_rest(result)
 
 

@@ -78,11 +78,16 @@ def test_the_plant_becomes_that_of_the_healthy_runs():
 
 
 def test_a_run_that_differs_as_healthy_ones_do_has_no_gap():
-    log = run(50, friction=1.0 + 2.0 * LEVEL)
+    log = run(50, friction=1.0 + LEVEL)  # one of six is as far off
     found, subject = since(log)
     assert found.verdict == "no_gap" and not found.effects, found.says
     assert all(abs(one.spreads) < 5.0 for one in subject.changes([log]))
     assert not any(one.name.startswith(OF_RUN) for one in found.nominal_moved)
+
+
+def test_one_run_of_thirty_is_not_called_worn_with_confidence():
+    found, _ = since(run(50, friction=1.0 + 2.0 * LEVEL))
+    assert all(one.confidence < 0.8 for one in found.effects), found.says
 
 
 def test_friction_that_has_grown_is_named_with_its_size():
