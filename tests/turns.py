@@ -27,7 +27,7 @@ CHOSEN = pytest.StashKey[str]()
 COSTLY_S = 0.3  # of processor time, all parameters of a test together
 CI_S = 15 * 60
 # of that before the first test: the environment is made, and pytest collects in every process
-BEFORE_TESTS_S = 225
+BEFORE_TESTS_S = 200
 PROCESSORS = 2
 SLOWER = 1.26  # CI's time over what these sums say: costs are measured on a faster machine
 # what a commit may never break, and what CI runs so that it does not rot: never waits for a turn
