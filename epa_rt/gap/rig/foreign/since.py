@@ -203,16 +203,18 @@ class SinceBaseline(Plain):
 def _as_a_whole(
     health: LinkHealth, link: str, unit: str, apart: np.ndarray, shapes: Sequence[np.ndarray]
 ) -> Change:
-    """How far levels ``apart`` (j,) are off, as noise is counted, against how far a healthy run is;
-    said as the rms over the logs that they make by their ``shapes`` (n, j).
+    """The rms over the logs that levels ``apart`` (j,) make by their ``shapes`` (n, j), against
+    what the levels of the healthy runs make there.
     """
-    usual = float(np.sqrt(np.mean(np.sum(health.apart**2, axis=1))))
-    runs = len(health.apart)
+    rows, runs = np.concatenate(shapes), len(health.apart)
+
+    def made(levels: np.ndarray) -> float:
+        return float(np.sqrt(np.nanmean((rows @ levels) ** 2)))
+
+    off, usual = made(apart), float(np.sqrt(np.mean([made(one) ** 2 for one in health.apart])))
     spread = usual * float(np.sqrt(runs / (runs - 1.0) * (1.0 / len(shapes) + 1.0 / runs)))
-    spread *= of_few(runs)
-    times = float(np.sqrt(np.sum(apart**2))) / max(spread, 1e-300)
-    off = float(np.sqrt(np.nanmean((np.concatenate(shapes) @ apart) ** 2)))
-    return Change(f"{link} as a whole", unit, 0.0, off / max(times, 1e-300), off, times)
+    spread = max(spread * of_few(runs), 1e-300)
+    return Change(f"{link} as a whole", unit, 0.0, spread, off, off / spread)
 
 
 def _changed(knob: Knob) -> Effect:
