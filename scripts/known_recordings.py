@@ -91,7 +91,8 @@ def main() -> int:
     only = parser.parse_args().names or list(entries)
     if unknown := [name for name in only if name not in entries]:
         parser.error(f"found {', '.join(unknown)}, expected one of {', '.join(entries)}")
-    for entry in map(entries.__getitem__, only):
+    for name in only:
+        entry = entries[name]
         if not is_there(entry):
             print(f"{entry['name']}: its files are not there")
             continue

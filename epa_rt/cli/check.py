@@ -148,6 +148,7 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
 
 def _describe_queue(path: Path) -> Answer:
     from epa_rt.cli.inputs import load_inputs
+    from epa_rt.report.shown import count
     from epa_rt.runs.queue import load_queue
 
     queue, duration_s = load_queue(path), 0.0
@@ -155,8 +156,8 @@ def _describe_queue(path: Path) -> Answer:
         queue.check_files(item)
         inputs = load_inputs(item.experiment, item.rig, item.plant, with_plant=True)
         duration_s += inputs.experiment.duration_s
-    n = len(queue.items)
-    return Answer(f"queue {queue.name}, {n} run{'s' * (n != 1)}, about {duration(duration_s)}")
+    runs = count(len(queue.items), "run")
+    return Answer(f"queue {queue.name}, {runs}, about {duration(duration_s)}")
 
 
 def _describe_rig(path: Path, source: "Located") -> Answer:
@@ -192,6 +193,7 @@ def _describe_operator(source: "Located", rig: "Rig | None") -> Answer:
 def _describe_experiment(source: "Located", rig: "Rig | None") -> Answer:
     from epa_rt.experiments.experiment import experiment_from
     from epa_rt.loop.assembly import WiringError, assemble
+    from epa_rt.report.shown import count
 
     if rig is None:
         raise source.error(
@@ -204,8 +206,7 @@ def _describe_experiment(source: "Located", rig: "Rig | None") -> Answer:
         raise source.error(
             ("experiment",), str(error), "loops that go together in one run"
         ) from None
-    n = len(experiment.phases)
+    phases = count(len(experiment.phases), "phase")
     return Answer(
-        f"experiment {experiment.name} on {rig.name}, {n} phase{'s' * (n != 1)},"
-        f" {duration_words(experiment)}"
+        f"experiment {experiment.name} on {rig.name}, {phases}, {duration_words(experiment)}"
     )

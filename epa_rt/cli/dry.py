@@ -24,7 +24,7 @@ def show_dry_run(experiment: "Experiment", rig: "Rig", out: Path) -> Sequence[st
     """
     from epa_rt.experiments.dry import dry_run
     from epa_rt.report.dry import dry_page, dry_rows
-    from epa_rt.report.shown import seconds
+    from epa_rt.report.shown import count, seconds
     from epa_rt.report.words import experiment_file, repeat_words
 
     dry = dry_run(experiment, rig)
@@ -34,9 +34,9 @@ def show_dry_run(experiment: "Experiment", rig: "Rig", out: Path) -> Sequence[st
     repeated = repeat_words(experiment_file(experiment.text))
     if repeated:
         print(filled(repeated))
-    phases, trials = len(dry.phases), len(experiment.trials)
+    phases, trials = count(len(dry.phases), "phase"), len(experiment.trials)
     print(
-        f"about {seconds(dry.duration_s)} in {phases} phase{'s' * (phases != 1)}, {trials} of them"
+        f"about {seconds(dry.duration_s)} in {phases}, {trials} of them"
         f" {'a trial' if trials == 1 else 'trials'}; nothing has moved"
     )
     for finding in dry.findings:

@@ -36,8 +36,8 @@ from epa_rt.gap.subject import Link
 # of the stroke, a typical one first: a fit finds one that it begins near to, for a load that hits a
 # wall at another moment is far off
 GAPS = (2e-3, *np.geomspace(2e-4, 3e-2, 24).tolist())
-# waves on the way, unless a turn is longer: what is not seen to return is a curve over the place,
-# such as a spring's
+# waves on the way at the least, or one to the rig file's turn where that is longer. By definition:
+# what a log does not show twice is not seen to return, and is a curve over the place as a spring's
 SEEN_TWICE = 2.0
 # s for a radian of a load's own swing, 40 Hz to 4 Hz, a typical one first
 LAGS_S = (8e-3, *np.geomspace(4e-3, 4e-2, 9).tolist())

@@ -20,7 +20,7 @@ def open_subject(
         raise ConfigError(
             rig_path, 1, "", "no plant", "the key 'plant', or a plant file beside the rig"
         )
-    if plant_path is None:
+    if plant_path is None and not path.exists():
         named_file(load_yaml(rig_path), ("plant",), path)
     known = {effect.name for effect in rig.component.effects}
     for name in sorted(leave_out - known):

@@ -32,7 +32,7 @@ SETTINGS = {
 _LEAST = {"carriage.inertia_kg": 1e-9}
 # Without a gear a torque that returns once to a turn is a weight by another name: cogging is asked
 # from twice to a turn on, or, of a way of more than a turn, from a little above twice on the way.
-PERIODS, TWICE, ABOVE_TWICE = "drive.cogging_periods", 2.0, 2.1
+PERIODS, TWICE, ABOVE = "drive.cogging_periods", 2.0, 1.05
 _GRAVITY = Law(
     effect(
         "gravity",
@@ -133,7 +133,8 @@ def features(prepared: carriage.Prepared, link: str) -> Mapping[str, np.ndarray]
 
 
 def _parameter(row: Parameter) -> Parameter:
-    row = row._replace(neutral=TWICE, low=ABOVE_TWICE) if row.key == PERIODS else row
+    if row.key == PERIODS:
+        row = row._replace(neutral=TWICE, low=ABOVE * carriage.SEEN_TWICE)
     return row._replace(
         key=_renamed(row),
         unit=in_rotation(row.unit),
