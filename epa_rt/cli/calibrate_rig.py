@@ -264,7 +264,8 @@ def _active(
     with raw_keys() if is_typed else nullcontext():
         summary, result = by_hand.run(assembly, requests, line=False)
     if not by_hand.is_sim:  # first, for the words may go to a pipe that is closed
-        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero, by_hand.is_emulated)
+        decoder, emulated = assembly.decoder, by_hand.is_emulated
+        keep_end(rig, arguments.rig, decoder, summary, result, jog.found_zero, emulated)
     print(filled(closing_text(summary, result, rig)))
     return points_of(taking.taken), exit_code(summary, result)
 

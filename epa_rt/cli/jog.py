@@ -104,7 +104,8 @@ def main(arguments: argparse.Namespace) -> int:
         with raw_keys():
             summary, result = by_hand.run(assembly, requests, line=False)
     if not by_hand.is_sim:  # first, for the words may go to a pipe that is closed
-        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero, by_hand.is_emulated)
+        decoder, emulated = assembly.decoder, by_hand.is_emulated
+        keep_end(rig, arguments.rig, decoder, summary, result, jog.found_zero, emulated)
     if keys.idle:
         print(keys.idle)
     print(filled(closing_text(summary, result, rig)))

@@ -267,7 +267,7 @@ def run_on_bus(
         inputs, backend, out, run_facts, not lock_step, progress, assembly, requests, views
     )
     found_zero = assembly.supervisor.found_zero
-    keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero, emulated)
+    keep_end(inputs.rig, rig_path, assembly.decoder, summary, result, found_zero, emulated)
     if emulated and not lock_step and result.cause.startswith(LOST_FRAMES):
         print(filled(BUSY_MACHINE, sys.stderr), file=sys.stderr)
     return summary, result

@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import TRIPPED, VerbError
+from epa_rt.cli.screen_text import filled
 from epa_rt.cli.write import written_to
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
     from epa_rt.config.source import Located
+    from epa_rt.logs.recorder import LogSummary
     from epa_rt.loop.run import RunResult
     from epa_rt.signals.codec import Decoder
 
@@ -110,6 +112,7 @@ def keep_end(
     rig: "Rig",
     path: Path,
     decoder: "Decoder",
+    summary: "LogSummary",
     result: "RunResult",
     found_zero: bool | None,
     emulated: bool = False,
@@ -118,7 +121,9 @@ def keep_end(
 
     ``found_zero`` None: the run never looked, and the last end stays. Of a run without a zero, or
     that lost its position on the way, none is kept, so that no later count looks right by chance.
+    Raises VerbError where it cannot be written, once the run's end is told.
     """
+    from epa_rt.cli.run import closing_text
     from epa_rt.config.zero_file import read_zero, write_zero, zero_path
 
     if rig.drive.interface != "analog" or rig.applied_zero is None or found_zero is None:
@@ -126,9 +131,14 @@ def keep_end(
     end = raw_count(rig, decoder) if found_zero and not _lost_position(rig, result) else None
     file = zero_path(path, emulated)
     zero = read_zero(file, rig.name)
-    if zero is not None:
+    if zero is None:
+        return
+    try:
         with written_to(file):
             write_zero(file, zero.model_copy(update={"end": end}))
+    except VerbError:
+        print(filled(closing_text(summary, result, rig)))
+        raise
 
 
 def _lost_position(rig: "Rig", result: "RunResult") -> bool:

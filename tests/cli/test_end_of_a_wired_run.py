@@ -1,16 +1,19 @@
 """The count where a wired drive's run ended is kept only where the run knew that it was right."""
 
+import errno
 from dataclasses import replace
 
 import pytest
 
-from epa_rt.cli.exits import VerbError
+from epa_rt.cli.exits import FAILED, VerbError
 from epa_rt.cli.zero import blind_words, keep_end, load_rig_source, need_known_count, raw_count
 from epa_rt.config.zero_file import ZeroFile, read_zero, write_zero, zero_path
+from epa_rt.logs.recorder import LogSummary
 from epa_rt.loop.referenced import Referenced, position_scaling
 from epa_rt.signals.image import image_of
 from tests.loop.rigging import ROOT, Quiet, run_in_memory, tiny_inputs
 
+SUMMARY = LogSummary("x", "", "", 0, 0, 0, 0, 0, None)  # of a run that was not recorded
 LOST_COUNTS, AT_CYCLE = 20000, 4000
 ELSEWHERE = 40000  # counts, 32 mm from where the simulated motor stands
 
@@ -36,7 +39,7 @@ def ended(folder, end, hurt=None, requests=None):
     inputs = replace(tiny_inputs(folder, "bench_analog"), rig=rig)
     made = run_in_memory(inputs, hurt, requests)
     decoder = made.assembly.decoder
-    keep_end(rig, path, decoder, made.result, made.assembly.supervisor.found_zero)
+    keep_end(rig, path, decoder, SUMMARY, made.result, made.assembly.supervisor.found_zero)
     return made.result, read_zero(zero_path(path), "bench_analog").end, raw_count(rig, decoder)
 
 
@@ -50,6 +53,22 @@ def _jumped(exchange, at):
 def test_a_sound_run_keeps_where_it_ended(tmp_path):
     result, end, last = ended(tmp_path, 0)
     assert result.outcome == "completed" and end == last != 0
+
+
+def test_an_end_that_cannot_be_written_is_said_after_how_the_run_ended(
+    tmp_path, capsys, monkeypatch
+):
+    def full(_path, _zero):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    rig, path = wired_rig(tmp_path, 0)
+    made = run_in_memory(replace(tiny_inputs(tmp_path, "bench_analog"), rig=rig))
+    monkeypatch.setattr("epa_rt.config.zero_file.write_zero", full)
+    found_zero = made.assembly.supervisor.found_zero
+    with pytest.raises(VerbError, match="zero.* cannot be written") as refused:
+        keep_end(rig, path, made.assembly.decoder, SUMMARY, made.result, found_zero)
+    assert refused.value.code == FAILED
+    assert capsys.readouterr().out.startswith("completed")
 
 
 def test_a_run_that_never_looked_leaves_the_last_end(tmp_path):
