@@ -23,6 +23,12 @@ try:
 except KeyboardInterrupt:
     beside.close()
 """
+CASES = """
+from epa_rt.cli.gap.blind.side_by_side import side_by_side
+from tests.cli.waiting import its_number
+for number in side_by_side(1, its_number, [(0.0,), (60.0,)], "cases made"):
+    print(number, flush=True)
+"""
 
 
 def ended(pid: int) -> bool:
@@ -33,10 +39,12 @@ def ended(pid: int) -> bool:
     return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_process_beside_ends_with_the_one_that_asked(number):
-    """Ctrl-C comes to both at once; SIGTERM only to the one that asked."""
-    command = [sys.executable, "-c", ASKS]
+@pytest.mark.parametrize(
+    "asking, number", [(ASKS, signal.SIGINT), (ASKS, signal.SIGTERM), (CASES, signal.SIGKILL)]
+)
+def test_a_process_beside_ends_with_the_one_that_asked(asking, number):
+    """Ctrl-C comes to both at once; the others only to the one that asked."""
+    command = [sys.executable, "-c", asking]
     with subprocess.Popen(
         command, cwd=ROOT, stdout=-1, stderr=-1, text=True, start_new_session=True
     ) as asks:

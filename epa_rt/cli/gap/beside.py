@@ -50,14 +50,19 @@ def _begin() -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else it is to be ignored
         signal.signal(signal.SIGINT, _end)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
+
+
+def end_with_parent() -> None:
+    """From now on this process ends, without a word, when the one that started it does."""
+    threading.Thread(target=_wait_for_parent, daemon=True).start()
 
 
 def _end(_number: int, _frame: FrameType | None) -> None:
     os._exit(STOPPED)
 
 
-def _end_with_parent() -> None:
+def _wait_for_parent() -> None:
     parent = parent_process()
     if parent is not None:
         parent.join()

@@ -7,6 +7,8 @@ from itertools import islice
 from multiprocessing import get_context
 from typing import TypeVar
 
+from epa_rt.cli.gap.beside import end_with_parent
+
 Made = TypeVar("Made")
 
 
@@ -19,7 +21,7 @@ def side_by_side(
     No process is given more than it works on, so that after Ctrl-C, or an error, nothing else
     begins; what is under way is not waited for here.
     """
-    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), end_with_parent)
     try:
         waiting, n = iter(asked), 0
         running = {pool.submit(work, *arguments) for arguments in islice(waiting, jobs)}
