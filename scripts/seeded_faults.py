@@ -38,7 +38,7 @@ SECONDS = {"one_speed": 12.0, "several": 18.0}
 RIGHT = {
     "friction": ("friction", "stribeck"),
     "play": ("backlash",),
-    "rough_spot": ("place",),
+    "rough_spot": ("rough_spot", "place"),
     "gain": ("gain", "area"),
 }
 # A piston's gas pushes with 200 N to one side and holds its play closed against 35 N of friction,

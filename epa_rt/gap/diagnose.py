@@ -36,12 +36,13 @@ from epa_rt.gap.likelihood.point import Point, costs, linearised
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.likelihood.remainder import remainders
-from epa_rt.gap.likelihood.start import Progress, Start, rescaled, start_of
+from epa_rt.gap.likelihood.start import Progress, Start, rescaled
 from epa_rt.gap.likelihood.together import ROUNDS, Together
-from epa_rt.gap.posterior.answer import as_told, left_in, table_for
+from epa_rt.gap.posterior.answer import as_told, left_in
 from epa_rt.gap.posterior.calibrated import CALIBRATED
 from epa_rt.gap.posterior.decide import HOLDS, Decision, decided
 from epa_rt.gap.posterior.search import Model, Table, chi_left
+from epa_rt.gap.posterior.searched import searched
 from epa_rt.gap.posterior.unknown import Found, explains_most, posterior
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, HELD_OUT, HELD_OUT_FREE_RUN
 from epa_rt.gap.posterior.words import all_of, plain, set_words, told_of_names, told_of_sets
@@ -98,13 +99,18 @@ def diagnose(
         sorted(logs, key=lambda one: one.name) for logs in (recordings, holdout)
     )
     fitted, seen, aside, apart_logs = unseen(subject, recordings, holdout)
-    start = start_of(fitted, seen, tuple(without), repeats, seed, floors, progress, stop)
-    table = table_for(
-        start,
+    start, table = searched(
+        fitted,
+        seen,
         apart_logs,
         aside,
         CALIBRATED,
-        lambda stage, share: progress(stage, 0.15 + 0.55 * share),
+        tuple(without),
+        repeats,
+        seed,
+        floors,
+        lambda stage, share: progress(stage, 0.7 * share),
+        stop,
     )
     found = posterior(table, CALIBRATED)
     answer = decided(found, table.families, CALIBRATED)

@@ -193,15 +193,14 @@ def table_of_logs(
     for a diagnosis. Raises VerbError, ConfigError.
     """
     from epa_rt.gap.held_out.aside import unseen
-    from epa_rt.gap.likelihood.start import start_of
-    from epa_rt.gap.posterior.answer import table_for
     from epa_rt.gap.posterior.calibrated import CALIBRATED
+    from epa_rt.gap.posterior.searched import searched
 
     given = opened(argparse.Namespace(rig=rig, plant=plant, logs=list(logs)), holdout)
     known = {name for one in given.subject.catalogue for name in (one.name, one.family)}
     fitted, seen, judged, logs_apart = unseen(given.subject, given.recordings, given.holdout)
-    start = start_of(fitted, seen, tuple(n for n in leave_out if n in known))
-    return table_for(start, logs_apart, judged, CALIBRATED)
+    without = tuple(n for n in leave_out if n in known)
+    return searched(fitted, seen, logs_apart, judged, CALIBRATED, without)[1]
 
 
 def answered(

@@ -71,7 +71,7 @@ def how_far_of(
     level = problem.floors
     aside = subject is not problem.subject and any(floor.bias for floor in level.values())
     if aside or not all(r.name in names for r in recordings):
-        level = floors(subject, recordings, before, repeats=None, seed=seed)
+        level = floors(subject, recordings, after, repeats=None, seed=seed)
     return shrinkage(subject, recordings, before, after, level, progress=progress)
 
 

@@ -209,8 +209,8 @@ class Search:
         return sum(len(self._problem.effects[name].knobs) for name in model.effects)
 
     def _doubted(self) -> None:
-        """The best set of each size that may count, once more without each of its effects, and with
-        another in its place, until they stay the best.
+        """The best set of each size that may count, once more without each of its effects, with
+        another in its place, and with a plainer law for it, until they stay the best.
         """
         done: set[frozenset[str]] = set()
         while True:
@@ -222,6 +222,8 @@ class Search:
                 self._without(best, name)
             for name in best.effects:  # which may have stood for something of another
                 self._exchanged(best, name)
+            for name in best.effects:  # what it says may be said in fewer numbers
+                self._simplified(best, name)
 
     def _sets(self) -> list[Model]:
         """The best model of each size from two on that was fitted in all views and may count."""
@@ -249,6 +251,31 @@ class Search:
         rest = tuple(other for other in model.effects if other != name)
         if frozenset(rest) not in self._asked:
             self._one_more(rest, ())
+
+    def _simplified(self, model: Model, name: str) -> None:
+        """Sets with a law of its family and fewer numbers in the place of one, fitted from where
+        the set stands: on its own way such a law may have come to another valley.
+        """
+        one = self._problem.effects[name]
+        rest = tuple(other for other in model.effects if other != name)
+        for law in self._problem.effects.values():
+            if law.family != one.family or len(law.knobs) >= len(one.knobs):
+                continue
+            effects = (*rest, law.name)
+            kept = self._problem.kept(model.values, rest)
+            fits = [
+                settled(
+                    self._problem, effects, {**kept, **dict(zip(law.knobs, start, strict=True))}
+                )
+                for start in law.starts
+            ]
+            values = min(fits, key=lambda fit: fit.normal.chi).values
+            known = self._found.get(frozenset(effects))
+            if known is None:
+                self._model(effects, values, None)
+            else:
+                self._kept_if_better(known, values)
+            self._in_free_run(effects)
 
     def _one_more(self, effects: tuple[str, ...], whole: Sequence[str]) -> None:
         """Beside a model: what its blocks ask for, and what the whole plant asks for in the views

@@ -85,6 +85,13 @@ def test_a_rise_towards_standstill_and_the_level_that_it_stands_on_are_both_name
     assert found.fitted["friction.stribeck_n"] == pytest.approx(5.0, rel=0.1)
 
 
+def test_dry_friction_and_a_seal_that_the_gas_presses_are_both_named(ram):
+    logs = [stroked(seed, 4.0, seal_ratio=0.1) for seed in (1, 2)]
+    found = diagnose(ram, logs, how_far=False)
+    assert {one.name for one in found.effects} == {"coulomb", "seal_friction"}, found.says
+    assert found.fitted["friction.seal_ratio"] == pytest.approx(0.1, rel=0.05)
+
+
 def test_a_gauge_that_is_said_to_read_absolute_is_its_zero_or_a_constant_force(ram):
     found = diagnose(
         ram, [stroked(1, reads_gauge=True), stroked(2, reads_gauge=True)], how_far=False

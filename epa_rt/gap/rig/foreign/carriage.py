@@ -297,7 +297,7 @@ _OWN = (
 _EFFECTS = (
     effect(
         "load_friction",
-        "friction",
+        "load_friction",
         "friction",
         ("friction.load_ratio",),
         ((0.05,), (-0.05,)),
@@ -307,7 +307,7 @@ _EFFECTS = (
     ),
     effect(
         "friction_over_turn",
-        "place",
+        "friction_over_turn",
         "friction",
         ("friction.turn_n", "friction.turn_periods", "friction.turn_phase_rad"),
         ((0.1, 1.0, 0.0), (0.1, 1.0, 0.5 * np.pi), (0.1, 2.0, 0.0)),

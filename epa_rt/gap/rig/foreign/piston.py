@@ -149,7 +149,7 @@ _EFFECTS = (
     ),
     effect(
         "seal_friction",
-        "friction",
+        "seal_friction",
         "friction",
         ("friction.seal_ratio",),
         ((0.05,),),

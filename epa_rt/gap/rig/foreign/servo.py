@@ -277,7 +277,7 @@ _EFFECTS = (
     ),
     _e(
         "stiction",
-        "friction",
+        "stiction",
         "friction",
         ((0.1,), (0.5,)),
         "break-away above sliding friction",
@@ -380,7 +380,7 @@ _EFFECTS = (
     ),
     _e(
         "constant_load",
-        "load",
+        "offset",
         "load",
         ((0.2,), (-0.2,)),
         "a constant load",
@@ -389,7 +389,7 @@ _EFFECTS = (
     ),
     _e(
         "encoder_step",
-        "sensor",
+        "encoder_step",
         "sensor",
         ((5e-3,),),
         "an encoder coarser than said",

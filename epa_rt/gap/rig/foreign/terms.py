@@ -163,7 +163,7 @@ _OWN: tuple[Law, ...] = (
     ),
     law(
         "warming",
-        "viscous",
+        "warming",
         "drag that changes as the rig warms up",
         "F = c v (1 - exp(-t/T))",
         "viscosity over temperature",
@@ -198,7 +198,7 @@ _OWN: tuple[Law, ...] = (
     ),
     law(
         "offset_with_speed",
-        "offset",
+        "offset_with_speed",
         "drag that differs by direction: an offset that grows with speed",
         "F = c |v|",
         "asymmetric viscous friction",

@@ -18,7 +18,7 @@ def force_n(m: Motion, n: Numbers) -> np.ndarray:
 
 LAW = law(
     name="rough_spot",
-    family="place",
+    family="rough_spot",
     says="dry friction that is higher over a part of the way",
     equation="F = Fs exp(-((X - X_0)/w)^2) sgn(v)",
     source="pitting and dirt in guides and screws",
