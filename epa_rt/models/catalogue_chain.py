@@ -4,7 +4,6 @@ from epa_rt.models.effect import Effect
 
 FACTS = "engineering estimate"
 BUS, DRIVE, GEAR, LOAD = "Bus timing", "Drive", "Transmission", "Wiring and load"
-DRY = "motor and gear friction"
 MOTOR_ANGLE = "motor_angle_rad"
 RISE = tuple(
     f"transmission.gear_{name}"
@@ -35,7 +34,7 @@ CHAIN: tuple[Effect, ...] = (
     ),
     Effect(
         "motor_stribeck",
-        DRY,
+        "motor friction near standstill",
         "drive",
         ("drive.stribeck_ratio", "drive.stribeck_speed_rad_s", "drive.stribeck_exponent_ratio"),
         ((0.17, 20.0, 2.0), (0.17, 5.0, 2.0), (0.17, 60.0, 2.0), (0.17, 20.0, 1.0)),
@@ -45,7 +44,7 @@ CHAIN: tuple[Effect, ...] = (
     ),
     Effect(
         "motor_viscous_asymmetry",
-        DRY,
+        "motor drag by direction",
         "drive",
         ("drive.viscous_asymmetry_ratio",),
         ((0.5,), (-0.5,)),
@@ -55,7 +54,7 @@ CHAIN: tuple[Effect, ...] = (
     ),
     Effect(
         "motor_friction_wave",
-        DRY,
+        "motor friction over its angle",
         "drive",
         (
             "drive.friction_wave_ratio",
@@ -70,7 +69,7 @@ CHAIN: tuple[Effect, ...] = (
     ),
     Effect(
         "cogging",
-        "motor torque over its angle",
+        "motor cogging",
         "drive",
         (
             "drive.cogging_nm",
@@ -144,7 +143,7 @@ CHAIN: tuple[Effect, ...] = (
     ),
     Effect(
         "gear_friction",
-        DRY,
+        "gear friction",
         "transmission",
         ("transmission.gear_friction_n", *RISE),
         ((10.0, 3.0, 2.0, 1.0), (10.0, 0.0, 1.0, 0.0)),
@@ -187,7 +186,7 @@ CHAIN: tuple[Effect, ...] = (
     ),
     Effect(
         "spool_eccentricity",
-        "spool radius",
+        "spool eccentricity",
         "transmission",
         ("transmission.eccentricity_ratio", "transmission.eccentricity_phase_rad"),
         tuple((0.03, phase) for phase in THIRDS),
@@ -197,7 +196,7 @@ CHAIN: tuple[Effect, ...] = (
     ),
     Effect(
         "spool_wind_up",
-        "spool radius",
+        "strap that winds up",
         "transmission",
         ("transmission.wind_up_per_rad",),
         ((0.016,), (-0.016,)),

@@ -127,6 +127,7 @@ class Search:
         self._found: dict[frozenset[str], Model] = {}
         self._points: dict[frozenset[str], Point] = {}
         self._asked: set[frozenset[str]] = set()  # beside which one effect more was looked for
+        self._arrived: set[frozenset[str]] = set()  # whose blocks were fitted to their optimum
         self._lowest: Lowest = {}
         self._weighed: dict[int, tuple[Model, float]] = {}  # log evidences on what is lowest
         self._noise = ReadingNoise(problem, base.values)
@@ -427,7 +428,19 @@ class Search:
             and self._hopeful(self._evidence(self._of(effects)))
         )
 
+    def _at_optimum(self, effects: tuple[str, ...]) -> None:
+        """A model that may count, block by block at its own optimum: what proposed it has fitted it
+        with derivatives of another point.
+        """
+        known = self._of(effects)
+        if frozenset(effects) in self._arrived or not self._hopeful(self._evidence(known)):
+            return
+        self._arrived.add(frozenset(effects))
+        again = settled(self._problem, known.effects, known.values)
+        self._kept_if_better(known, again.values)
+
     def _in_free_run(self, effects: tuple[str, ...]) -> None:
+        self._at_optimum(effects)
         if self._waits(effects) and self._ground is not None:
             known = self._of(effects)
             noise = self._on_ground(self.none).views[FREE_RUN].links[LINK].noise
