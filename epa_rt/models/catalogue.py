@@ -1,7 +1,7 @@
 """The catalogue of effects: what a rig may have that its nominal plant leaves out, and what
 competes with it.
 
-A family holds the laws for one and the same thing. Strengths are middles of engineering ranges;
+A family holds laws of which a rig has one at most. Strengths are middles of engineering ranges;
 docs/effects.md lists all.
 """
 

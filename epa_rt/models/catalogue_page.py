@@ -17,7 +17,7 @@ To look up what a diagnosis can name as the cause of a gap, or what a simulated 
 There are {count} effects that a nominal plant leaves out, {more} of them beside the gain and offset
 of a channel.
 
-- A *family* holds the laws for one and the same thing.
+- A *family* holds laws of which a rig has one at most.
 - *Knobs* are the numbers that a fit may move. Where a cell is too short for them, the next row
   goes on.
 - *Starts* are where fits begin, a typical strength first; of many the first {starts} are shown.

@@ -26,6 +26,7 @@ in turn.
 """
 
 import argparse
+import signal
 import sys
 from pathlib import Path
 
@@ -250,14 +251,19 @@ def run(arguments: argparse.Namespace) -> int:
             check_cases(arguments.cases)
         if arguments.part == "rivals":
             check_libraries(arguments.only)
-        return {
+        part = {
             "make": _make,
             "again": _again,
             "score": _score,
             "matrix": _matrix,
             "rivals": _rivals,
             "oracle": _oracle,
-        }[arguments.part](arguments)
+        }[arguments.part]
+        before = signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends its workers too
+        try:
+            return part(arguments)
+        finally:
+            signal.signal(signal.SIGTERM, before)
     except SealError as error:
         raise VerbError(str(error), BAD_INPUT) from None
 
