@@ -43,8 +43,6 @@ def guided(seed: int, level_n: float, **strengths: float) -> Recording:
         "friction_over_place": way * sign,
         "viscous_quadratic": v * np.abs(v),
         "warming": v * (1.0 - np.exp(-t / 20.0)),
-        "offset": np.ones_like(t),
-        "offset_with_speed": np.abs(v),
     }
     force = MASS_KG * a + DRAG_N_S_M * v + level_n * sign
     force += sum(strength * shapes[name] for name, strength in strengths.items())
@@ -61,18 +59,13 @@ def guided(seed: int, level_n: float, **strengths: float) -> Recording:
         {"friction_over_turn": 5.0, "rough_spot": 8.0},
         {"friction_over_place": 6.0, "rough_spot": 8.0},
         {"viscous_quadratic": 80.0, "warming": -30.0},
-        {"offset": 8.0, "offset_with_speed": 25.0},
     ],
     ids="+".join,
 )
 def test_two_that_act_on_the_same_part_are_both_named(strengths, tmp_path):
     logs = [guided(seed, LEVEL_N, **strengths) for seed in (1, 2)]
-    subject = opened(tmp_path, RIG, DRY)
-    found = diagnose(subject, logs, how_far=False)
-    families = {one.name: one.family for one in subject.catalogue}
-    assert {one.family for one in found.effects} == {families[name] for name in strengths}, (
-        found.says
-    )
+    found = diagnose(opened(tmp_path, RIG, DRY), logs, how_far=False)
+    assert {one.name for one in found.effects} == set(strengths), found.says
     assert min(one.confidence for one in found.effects) > 0.9, found.says
 
 

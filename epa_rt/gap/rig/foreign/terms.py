@@ -198,7 +198,7 @@ _OWN: tuple[Law, ...] = (
     ),
     law(
         "offset_with_speed",
-        "offset_with_speed",
+        "offset",
         "drag that differs by direction: an offset that grows with speed",
         "F = c |v|",
         "asymmetric viscous friction",
