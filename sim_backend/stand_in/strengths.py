@@ -17,14 +17,15 @@ TWICE = 2.0  # multiples of the limit from which an effect counts as seen
 # a single effect is made stronger where its fitted distance is so many times below what was asked
 # for
 LOST = 1.4
-READ_IN = {
+SHOWS_IN = {
+    "drive.viscous": MOTOR,
     "sensors.motor": MOTOR,
     "sensors.muscle": ("gas", "muscle"),
     "sensors.gauge": ("gas", "muscle"),
     "sensors.supply": ("gas",),
     "sensors.joint": ("load",),
     "sensors.load": ("load",),
-}  # where a sensor's fault shows: the blocks that its reading goes through
+}  # where a fault shows: the blocks that a reading goes through, or whose balance has its torque
 SO_NEAR = (
     0.8  # of the limit: how far off the nearest rival of a case is that is not to be separable
 )
@@ -209,18 +210,18 @@ class Workshop:
 
 def _blocks(effect: Effect) -> list[str]:
     """Where a law of the catalogue sits for one who lacks its name: what the stand-in says of its
-    family, else where a sensor is read.
+    family, else where its numbers show.
     """
     of_family = [
         block for item in EFFECTS if effect.family in families(item) for block in item.blocks
     ]
-    read_in = [
+    shows_in = [
         block
-        for start, blocks in READ_IN.items()
+        for start, blocks in SHOWS_IN.items()
         for block in blocks
         if any(key.startswith(start) for key in effect.knobs)
     ]
-    return list(dict.fromkeys([effect.block, *of_family, *read_in]))
+    return list(dict.fromkeys([effect.block, *of_family, *shows_in]))
 
 
 def _said(apart: Apart) -> dict[str, float]:

@@ -364,7 +364,7 @@ def _curves(given: Opened, diagnosis: "Diagnosis", traces: "Callable") -> tuple:
         recordings,
         diagnosis.refitted,
         diagnosis.fitted,
-        floors(given.subject, recordings, diagnosis.refitted),
+        floors(given.subject, recordings, diagnosis.fitted),
         channel=_worst(diagnosis),
     )
 

@@ -31,3 +31,7 @@ def recording(folder: Path, mapping: str, *names: str):
     if not log.exists():
         log_of(IMPORTS / f"{mapping}.yaml", files, log)
     return read_recording(log)
+
+
+def families(diagnosis) -> list[str]:
+    return [effect.family for effect in diagnosis.effects]
