@@ -23,7 +23,7 @@ from epa_rt.cli.progress import said_when_slow
 from epa_rt.cli.run import EMULATED, run_recorded
 from epa_rt.cli.run_record import add_record_arguments, record_attachment
 from epa_rt.cli.sound_rig import sound_rig
-from epa_rt.cli.zero import is_emulated, load_rig_source
+from epa_rt.cli.zero import is_emulated, keep_end, load_rig_source
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from epa_rt.loop.assembly import Assembly
     from epa_rt.loop.requests import OperatorRequests
     from epa_rt.loop.run import RunResult
+    from epa_rt.signals.codec import Decoder
     from sim_backend.reference_standard import ReferenceStandard
     from sim_backend.rig_model import RigModel
 
@@ -101,6 +102,18 @@ class RigByHand:
     def is_real(self) -> bool:
         """Whether it is neither simulated nor emulated: what is found holds for the rig itself."""
         return not (self.is_sim or self.is_emulated)
+
+    def keep_end(
+        self,
+        decoder: "Decoder",
+        summary: "LogSummary",
+        result: "RunResult",
+        found_zero: bool | None,
+    ) -> None:
+        """As ``zero.keep_end``; a simulated rig keeps no end. Raises VerbError."""
+        if not self.is_sim:
+            path, emulated = self.arguments.rig, self.is_emulated
+            keep_end(self.rig, path, decoder, summary, result, found_zero, emulated)
 
     def attached(self) -> dict[str, bytes]:
         """The attachments of a log that starts now."""

@@ -230,7 +230,7 @@ def _active(
     from epa_rt.cli.keys import raw_keys
     from epa_rt.cli.references import GaugeAnswers
     from epa_rt.cli.run import closing_text, exit_code
-    from epa_rt.cli.zero import keep_end, need_known_count
+    from epa_rt.cli.zero import need_known_count
     from epa_rt.loop.assembly import WiringError
     from epa_rt.loop.by_hand import assemble_jog
 
@@ -263,9 +263,8 @@ def _active(
         print("the motor is held under power and a muscle is filled: keep clear")
     with raw_keys() if is_typed else nullcontext():
         summary, result = by_hand.run(assembly, requests, line=False)
-    if not by_hand.is_sim:  # first, for the words may go to a pipe that is closed
-        decoder, emulated = assembly.decoder, by_hand.is_emulated
-        keep_end(rig, arguments.rig, decoder, summary, result, jog.found_zero, emulated)
+    # first, for the words may go to a pipe that is closed
+    by_hand.keep_end(assembly.decoder, summary, result, jog.found_zero)
     print(filled(closing_text(summary, result, rig)))
     return points_of(taking.taken), exit_code(summary, result)
 

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import VerbError
 from epa_rt.cli.screen_text import filled
-from epa_rt.cli.zero import is_unfinished, keep_end
+from epa_rt.cli.zero import is_unfinished
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -103,9 +103,8 @@ def main(arguments: argparse.Namespace) -> int:
         requests = KeyRequests(rig, keys, jog, assembly.decoder.measured)
         with raw_keys():
             summary, result = by_hand.run(assembly, requests, line=False)
-    if not by_hand.is_sim:  # first, for the words may go to a pipe that is closed
-        decoder, emulated = assembly.decoder, by_hand.is_emulated
-        keep_end(rig, arguments.rig, decoder, summary, result, jog.found_zero, emulated)
+    # first, for the words may go to a pipe that is closed
+    by_hand.keep_end(assembly.decoder, summary, result, jog.found_zero)
     if keys.idle:
         print(keys.idle)
     print(filled(closing_text(summary, result, rig)))

@@ -242,10 +242,21 @@ class Search:
         rest = tuple(other for other in model.effects if other != name)
         known = self._found.get(frozenset(rest))
         if known is None:
-            self._model(rest, settled_with(self._problem, rest, model.values).values, None)
+            point = settled_with(self._problem, rest, model.values)
         else:
-            self._kept_if_better(known, settled(self._problem, rest, known.values).values)
-        self._in_free_run(rest)
+            point = settled(self._problem, rest, known.values)
+        self._taken(rest, point.values)
+
+    def _taken(self, effects: tuple[str, ...], values: Values) -> None:
+        """A model block by block at these values, where it was at none or at worse ones; then in
+        free run.
+        """
+        known = self._found.get(frozenset(effects))
+        if known is None:
+            self._model(effects, values, None)
+        else:
+            self._kept_if_better(known, values)
+        self._in_free_run(effects)
 
     def _exchanged(self, model: Model, name: str) -> None:
         """Sets with another effect in the place of one."""
@@ -259,24 +270,18 @@ class Search:
         """
         one = self._problem.effects[name]
         rest = tuple(other for other in model.effects if other != name)
+        kept = self._problem.kept(model.values, rest)
         for law in self._problem.effects.values():
             if law.family != one.family or len(law.knobs) >= len(one.knobs):
                 continue
             effects = (*rest, law.name)
-            kept = self._problem.kept(model.values, rest)
             fits = [
                 settled(
                     self._problem, effects, {**kept, **dict(zip(law.knobs, start, strict=True))}
                 )
                 for start in law.starts
             ]
-            values = min(fits, key=lambda fit: fit.normal.chi).values
-            known = self._found.get(frozenset(effects))
-            if known is None:
-                self._model(effects, values, None)
-            else:
-                self._kept_if_better(known, values)
-            self._in_free_run(effects)
+            self._taken(effects, min(fits, key=lambda fit: fit.normal.chi).values)
 
     def _one_more(self, effects: tuple[str, ...], whole: Sequence[str]) -> None:
         """Beside a model: what its blocks ask for, and what the whole plant asks for in the views

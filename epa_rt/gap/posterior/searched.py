@@ -1,7 +1,7 @@
 """From recordings to all models that are worth their fit; once more where the floors were wrong.
 
 A floor that nothing but the residuals' own high frequencies tells takes part of a gap for noise
-where that gap is rough: dry friction, which jumps at every reversal. What explains the gap shows
+where that gap is rough: dry friction, which jumps at every reversal. The most probable set shows
 how large the noise is, and weaker effects that it has hidden are looked for.
 """
 
@@ -19,7 +19,7 @@ from epa_rt.gap.posterior.unknown import posterior
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject
 
-ROUNDS = 2  # with lower floors
+ROUNDS = 2  # searches with lower floors at most: each takes as long as the first
 
 FloorsOf = Callable[..., dict[str, Floor]]
 
