@@ -5,8 +5,9 @@ A signature is a finite difference of the whitened residuals between an effect a
 none, with what the nominal parameters could imitate projected out.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,6 +31,16 @@ class Signature:
     gain: float
     amplitude: float
     as_is: float
+
+
+class Pair(NamedTuple):
+    """Two signatures, each with the amplitude that it has beside the other. ``gain``: fall of
+    chi-square with both.
+    """
+
+    one: tuple[Signature, float]
+    other: tuple[Signature, float]
+    gain: float
 
 
 @dataclass(frozen=True)
@@ -88,6 +99,30 @@ class Screening:
                     pair = (a, b) if a < b else (b, a)
                     scored[pair] = max(scored.get(pair, 0.0), together[i][j])
         return sorted(scored, key=lambda pair: -scored[pair])[:count]
+
+    def hidden_pair(self, families: Mapping[str, str], on: Collection[str] = ()) -> Pair | None:
+        """The pair of effects of two families that together would explain most, of those that
+        explain more so than in sum alone: what one does the other hides. None of the families that
+        are ``on``; None where there is no such pair.
+        """
+        own = [i for i, s in enumerate(self.signatures) if families[s.effect] not in on]
+        if not own:
+            return None
+        kinds = np.array([families[self.signatures[i].effect] for i in own])
+        gain = np.array([self.signatures[i].gain for i in own])
+        together = self._together(np.array(own, int))
+        hidden = (kinds[:, None] != kinds) & (together > gain[:, None] + gain)
+        most = np.where(hidden, together, 0.0)
+        i, j = np.unravel_index(int(np.argmax(most)), most.shape)
+        if not hidden[i, j]:
+            return None
+        pair = [own[i], own[j]]
+        amplitudes = np.linalg.solve(self.gram[np.ix_(pair, pair)], -self.right[pair])
+        one, other = (
+            (self.signatures[k], float(amplitude))
+            for k, amplitude in zip(pair, amplitudes, strict=True)
+        )
+        return Pair(one, other, float(together[i, j]))
 
     def _together(self, index: np.ndarray) -> np.ndarray:
         """(I, I) fall of chi-square with two of these signatures at once; 0 where they are one."""

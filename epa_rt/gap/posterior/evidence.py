@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import digamma
 
 from epa_rt.gap.posterior.prior import Prior
 from epa_rt.gap.posterior.search import Model
@@ -104,6 +105,19 @@ def strain(view: View) -> np.ndarray:
     return usual + _heavy_tailed(view.z[..., own] * known) + float(np.log(known).sum())
 
 
+def usual_strain(view: View) -> float:
+    """What ``strain`` is on average where the plant file is right, of nominal parameters alone."""
+    count = int(view.nominal.sum())
+    if view.runs:
+        return -0.5 * view.runs * _log_of_one_and_square(view.runs - 1.0, count)
+    return -0.5 * (TAILS + 1.0) * count * _log_of_one_and_square(TAILS, 1)
+
+
+def _log_of_one_and_square(tails: float, count: int) -> float:
+    """Mean of log(1 + |z|^2/tails) of so many numbers of one Student's t."""
+    return float(digamma(0.5 * (tails + count)) - digamma(0.5 * tails))
+
+
 def _heavy_tailed(z: np.ndarray) -> np.ndarray:
     """(...,) log density of a Student's t at z (..., k), up to a constant."""
     return -0.5 * (TAILS + 1.0) * np.log1p(z**2 / TAILS).sum(axis=-1)
@@ -151,6 +165,11 @@ def _strain_of(model: Model) -> float:
     return float(sum(strain(view) for view in fits)) / max(len(fits), 1)
 
 
+def _usual_strain_of(model: Model) -> float:
+    fits = [view for view in model.views.values() if view.keys]
+    return sum(usual_strain(view) for view in fits) / max(len(fits), 1)
+
+
 def of_views(views: Mapping[str, View], numbers: Numbers) -> float:
     """Log likelihood of all views of a model."""
     return sum(
@@ -179,8 +198,9 @@ class Formula:
         left: float = 0.0,
     ) -> float:
         """Log evidence if an effect more, of a family with one law, left so much of the excess in
-        these views, or in these links of them: nominal parameters that have made up for what is
-        missing may go back to where the ``best`` model has them.
+        these views, or in these links of them. Nominal parameters that have made up for what is
+        missing go back by the rest, to where the ``best`` model has them, or as near to the plant
+        file as they usually are.
         """
         odds = self.numbers.effect_odds, self.numbers.further_odds
         more = self.prior.log_of_one_more(model.effects, *odds)
@@ -194,8 +214,15 @@ class Formula:
             for name, of_view in seen.items()
             for one in of_view
         )
-        back = max(_strain_of(best) - _strain_of(model), 0.0)
+        usual = max(_strain_of(best), _usual_strain_of(model))
+        back = (1.0 - left) * max(usual - _strain_of(model), 0.0)
         return self.evidence(model) + back + more - gained
+
+    def without(self, effects: Sequence[str], name: str) -> float:
+        """Log prior odds that a set has more without one of its effects."""
+        odds = self.numbers.effect_odds, self.numbers.further_odds
+        rest = [other for other in effects if other != name]
+        return self.prior.log_odds(rest, *odds) - self.prior.log_odds(effects, *odds)
 
     def most(self, view: str, noise: float, loss: float) -> float:
         """Chi-square of a link of a view, of so much noise, that costs a loss of log evidence."""

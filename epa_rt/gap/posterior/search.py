@@ -19,7 +19,7 @@ from epa_rt.gap.likelihood.promising import promising
 from epa_rt.gap.likelihood.reading_noise import ReadingNoise
 from epa_rt.gap.likelihood.refit import Fit, settled, settled_with
 from epa_rt.gap.likelihood.role import played
-from epa_rt.gap.likelihood.screen import screen
+from epa_rt.gap.likelihood.screen import Screening, scaled, screen
 from epa_rt.gap.likelihood.start import rescaled
 from epa_rt.gap.likelihood.waves import look
 from epa_rt.gap.likelihood.yardstick import Left
@@ -74,9 +74,12 @@ class Scores(Protocol):
         left: float = 0.0,
     ) -> float:
         """Log evidence that it would have if one effect more left so much of its excess in these
-        views, or in these links of them, and took nominal parameters back to where the ``best``
-        model has them.
+        views, or in these links of them, and of what nominal parameters have made up for: of their
+        distance from where the ``best`` model has them, or from where they usually are.
         """
+
+    def without(self, effects: Sequence[str], name: str) -> float:
+        """Log evidence that it has more before any data without one of its effects."""
 
     def most(self, view: str, noise: float, loss: float) -> float:
         """Chi-square of a link of a view, of so much noise, that costs a loss of log evidence."""
@@ -155,12 +158,37 @@ class Search:
             fits = self._as_believed(fits)
         for fit in fits.values():
             self._model((fit.effect,), fit.values, None, (self._problem, fit.normal))
+        self._hidden_pair(self._problem, self._base, screening)
         if self._ground is None:
             return
         self._best(SINGLES, 1)
         if self._asks_for_more(self.none, WHOLE):
             for point in self._ground.one_by_one:
                 self._model(point.effects, None, point)
+
+    def _hidden_pair(
+        self,
+        problem: Problem,
+        point: Point,
+        screening: Screening,
+        worth: Callable[[float], bool] = lambda gain: True,
+    ) -> tuple[str, ...] | None:
+        """Two effects more at once beside those of a point, where one hides what the other does:
+        either alone explains little, and no way leads there one by one. None where there is no
+        such pair that is ``worth`` its gain in screening, or it was fitted before.
+        """
+        families = {effect.name: effect.family for effect in problem.effects.values()}
+        pair = screening.hidden_pair(families, {families[name] for name in point.effects})
+        if pair is None or not worth(pair.gain):
+            return None
+        both = (pair.one, pair.other)
+        effects = (*point.effects, *(seen.effect for seen, _ in both))
+        if len(effects) > MOST_EFFECTS or frozenset(effects) in self._found:
+            return None
+        values = dict(point.values)
+        for seen, amplitude in both:
+            values |= scaled(problem, seen.effect, seen.start, amplitude)
+        return self._model(effects, settled(problem, effects, values).values, None).effects
 
     def _as_believed(self, fits: dict[str, Fit]) -> dict[str, Fit]:
         """The better of each fit and of one that begins with the plant file as it stands. Where the
@@ -210,8 +238,8 @@ class Search:
         return sum(len(self._problem.effects[name].knobs) for name in model.effects)
 
     def _doubted(self) -> None:
-        """The best set of each size that may count, once more without each of its effects, with
-        another in its place, and with a plainer law for it, until they stay the best.
+        """The best set of each size, once more without each of its effects, and where it may count
+        with another in its place, and with a plainer law for it, until they stay the best.
         """
         done: set[frozenset[str]] = set()
         while True:
@@ -219,33 +247,39 @@ class Search:
             if best is None:
                 return
             done.add(frozenset(best.effects))
+            counts = self._hopeful(self._evidence(best))
             for name in best.effects:  # the others may be enough without it
                 self._without(best, name)
-            for name in best.effects:  # which may have stood for something of another
+            for name in best.effects if counts else ():  # which may have stood for another
                 self._exchanged(best, name)
-            for name in best.effects:  # what it says may be said in fewer numbers
+            for name in best.effects if counts else ():  # what it says in fewer numbers
                 self._simplified(best, name)
 
     def _sets(self) -> list[Model]:
-        """The best model of each size from two on that was fitted in all views and may count."""
+        """The best model of each size from two on that was fitted in all views and may count, or
+        might with one effect less.
+        """
         best: dict[int, Model] = {}
         for model in sorted(self._complete(), key=lambda one: -self._evidence(one)):
             best.setdefault(len(model.effects), model)
-        return [
-            one for size, one in best.items() if size > 1 and self._hopeful(self._evidence(one))
-        ]
+        return [one for size, one in best.items() if size > 1 and self._may_with_less(one)]
+
+    def _may_with_less(self, model: Model) -> bool:
+        """Whether a model may count that has one effect less and leaves no more."""
+        saved = max(self._scores.without(model.effects, name) for name in model.effects)
+        return self._hopeful(self._evidence(model) + max(saved, 0.0))
 
     def _without(self, model: Model, name: str) -> None:
         """A set without one of its effects, at its own optimum: else the effect may have no merit
-        but that of the better fit.
+        but that of the better fit. From where the set stands, whose others may have found a better
+        valley beside it; and from where it was fitted before.
         """
         rest = tuple(other for other in model.effects if other != name)
         known = self._found.get(frozenset(rest))
-        if known is None:
-            point = settled_with(self._problem, rest, model.values)
-        else:
-            point = settled(self._problem, rest, known.values)
-        self._taken(rest, point.values)
+        points = [settled_with(self._problem, rest, model.values)]
+        if known is not None and frozenset(rest) not in self._arrived:
+            points.append(settled(self._problem, rest, known.values))
+        self._taken(rest, min(points, key=lambda point: point.normal.chi).values)
 
     def _taken(self, effects: tuple[str, ...], values: Values) -> None:
         """A model block by block at these values, where it was at none or at worse ones; then in
@@ -259,10 +293,12 @@ class Search:
         self._in_free_run(effects)
 
     def _exchanged(self, model: Model, name: str) -> None:
-        """Sets with another effect in the place of one."""
+        """Sets with another effect in the place of one, where the others stand: alone they may have
+        come to another valley.
+        """
         rest = tuple(other for other in model.effects if other != name)
         if frozenset(rest) not in self._asked:
-            self._one_more(rest, ())
+            self._one_more(rest, (), self._problem.kept(model.values, rest))
 
     def _simplified(self, model: Model, name: str) -> None:
         """Sets with a law of its family and fewer numbers in the place of one, fitted from where
@@ -283,14 +319,16 @@ class Search:
             ]
             self._taken(effects, min(fits, key=lambda fit: fit.normal.chi).values)
 
-    def _one_more(self, effects: tuple[str, ...], whole: Sequence[str]) -> None:
+    def _one_more(
+        self, effects: tuple[str, ...], whole: Sequence[str], values: Values | None = None
+    ) -> None:
         """Beside a model: what its blocks ask for, and what the whole plant asks for in the views
-        ``whole``, if any.
+        ``whole``, if any. ``values``: where its blocks are fitted from, if not where they stand.
         """
         self._asked.add(frozenset(effects))
         found: list[tuple[str, ...]] = []
         if self._asks_for_more(self._of(effects), ONE_STEP):
-            found += self._proposed_by_blocks(effects)
+            found += self._proposed_by_blocks(effects, values)
         if whole and self._asks_for_more(self._of(effects), whole):
             found += self._proposed_by_free_run(effects)
         order = sorted(dict.fromkeys(found), key=lambda one: -self._evidence(self._of(one)))
@@ -307,19 +345,23 @@ class Search:
         more = self._scores.with_one_more(model, self._leading(), views, links, left)
         return self._hopeful(more)
 
-    def _proposed_by_blocks(self, effects: tuple[str, ...]) -> list[tuple[str, ...]]:
-        """One effect more that the blocks ask for beside these."""
-        point = settled(self._problem, effects, self._of(effects).values)
+    def _proposed_by_blocks(
+        self, effects: tuple[str, ...], values: Values | None = None
+    ) -> list[tuple[str, ...]]:
+        """One effect more that the blocks ask for beside these, or two that hide each other."""
+        point = settled(self._problem, effects, values or self._of(effects).values)
         problem, point = rescaled(self._problem, point, self._left(point))
         if self._asks_for_more(self._of(effects), (BLOCKS,), self._waves):
             look(problem, point)
         links = self._on_ground(self._of(effects)).views[BLOCKS].links
-        excess = sum(seen.excess / problem.scale[name] ** 2 for name, seen in links.items())
+        left = sum(seen.excess / problem.scale[name] ** 2 for name, seen in links.items())
+        left += float(point.normal.prior @ point.normal.z**2)
 
         def worth(gain: float) -> bool:
-            return self._may_count(effects, ONE_STEP, gain / excess if excess > 0.0 else 1.0)
+            return self._may_count(effects, ONE_STEP, gain / left if left > 0.0 else 1.0)
 
-        role = played(problem, point, worth=worth)
+        screening = screen(problem, point)
+        role = played(problem, point, worth=worth, screening=screening)
         found = []
         for fit in role.fits if role else ():
             found.append((*effects, fit.effect))
@@ -335,11 +377,12 @@ class Search:
                 own = {key: fit.values[key] for key in problem.effects[fit.effect].knobs}
                 again = settled(problem, found[-1], {**point.values, **own}, rounds=AGAIN)
                 self._kept_if_better(more, again.values)
-        return found
+        pair = self._hidden_pair(problem, point, screening, worth)
+        return [*found, pair] if pair else found
 
     def _may_count(self, effects: tuple[str, ...], views: Sequence[str], share: float) -> bool:
         """Whether one effect more may count that is expected to explain a share of what a model
-        leaves in these views.
+        leaves in these views, and of what its nominal parameters cost.
         """
         left = max(1.0 - BEYOND_PROMISE * share, 0.0)
         return self._asks_for_more(self._of(effects), views, left=left)

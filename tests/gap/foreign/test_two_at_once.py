@@ -72,7 +72,8 @@ def test_two_that_act_on_the_same_part_are_both_named(strengths, tmp_path):
 def test_dry_friction_and_friction_by_load_are_both_named(tmp_path):
     logs = [guided(seed, LEVEL_N, load_friction=0.1) for seed in (1, 2)]
     found = diagnose(opened(tmp_path, RIG, BARE), logs, how_far=False)
-    assert {one.name for one in found.effects} == {"coulomb", "load_friction"}, found.says
+    named, missing = {one.name for one in found.effects}, {"coulomb", "load_friction"}
+    assert missing <= named <= {*missing, "coulomb_rounding"}, found.says  # as this guide's has
     assert found.fitted["friction.coulomb_n"] == pytest.approx(LEVEL_N, rel=0.02)
     assert found.fitted["friction.load_ratio"] == pytest.approx(0.1, rel=0.05)
 

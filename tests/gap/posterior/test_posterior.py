@@ -11,7 +11,14 @@ from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.likelihood.start import Start, at_base
 from epa_rt.gap.posterior.answer import table_for
-from epa_rt.gap.posterior.evidence import START, Formula, log_likelihood, strain
+from epa_rt.gap.posterior.evidence import (
+    START,
+    TAILS,
+    Formula,
+    log_likelihood,
+    strain,
+    usual_strain,
+)
 from epa_rt.gap.posterior.prior import Prior
 from epa_rt.gap.posterior.search import Model, Search, Table, chi_left
 from epa_rt.gap.posterior.unknown import inclusion, posterior
@@ -50,6 +57,18 @@ def test_spreads_from_few_runs_forbid_less_than_those_from_many():
     assert costs(20, [4.0, 4.0]) > costs(20, [4.0]) > costs(20, [2.0]) > costs(20, [0.0]) == 0.0
     assert costs(10**6, [2.0]) == pytest.approx(0.5 * 2.0**2, rel=1e-3)  # known: a Gaussian
     assert costs(20, [0.0], own=12.0) > costs(20, [0.0], own=1.0) > 0.0
+
+
+@pytest.mark.parametrize(("runs", "count"), [(0, 1), (0, 5), (4, 3), (20, 3)])
+def test_where_the_plant_file_is_right_nominal_parameters_cost_what_they_usually_do(runs, count):
+    random, draws = np.random.default_rng(7), (100_000, count)
+    tails = runs - 1.0 if runs else TAILS
+    # of one Student's t together where runs have measured them, each of its own where a file has
+    scatter = random.chisquare(tails, (draws[0], 1 if runs else count)) / tails
+    z = random.standard_normal(draws) / np.sqrt(scatter)
+    view = View({}, ("",) * count, z, np.ones(count, bool), runs, np.zeros(count))
+    one = replace(view, z=z[0])
+    assert np.mean(strain(view)) == pytest.approx(usual_strain(one), rel=0.02)
 
 
 @pytest.mark.parametrize("known", [0.3, 1.0, 7.0])

@@ -245,7 +245,7 @@ _OWN: tuple[Law, ...] = (
             number("spring_n", "N", "spring", -5.0, 5.0, 0.1, "typical_force"),
             number("spring_rest_ratio", "1", "spring", -3.0, 3.0, 0.5, ""),
         ),
-        ((0.1, 0.0), (-0.1, 0.0)),
+        ((0.1, 0.0), (0.1, 1.0), (0.1, -1.0)),
         lambda m, p: p["friction.spring_n"] * (m.place_ratio - p["friction.spring_rest_ratio"]),
     ),
 )
