@@ -43,7 +43,7 @@ def decided(found: Found, families: Mapping[str, str], numbers: Numbers) -> Deci
         Decision("not_in_catalogue", (), (), (), _unknown_costs(none, found.unknown)),
     ]
     ranked = sorted(sets.items(), key=lambda item: -item[1][0])
-    for kinds, (_, effects) in ranked[:3]:
+    for kinds, (_, effects) in ranked:  # what several probable sets share may be one of them
         answers.append(_names(found, families, sets, kinds, effects, none, numbers))
     if len(several := _alternatives(ranked)) > 1:
         answers.append(_not_told(several, ranked, families, found))

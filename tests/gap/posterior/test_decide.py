@@ -64,6 +64,21 @@ def test_where_many_laws_say_the_same_they_are_said_and_not_that_none_does():
     assert found.instead[0] == ("play",) and len(found.instead) == 5
 
 
+def test_what_many_sets_share_is_named_and_none_of_what_they_differ_in():
+    view = {BLOCKS: View({"a": Seen(100.0, 100.0)})}
+
+    def of(besides: dict[str, float]) -> Found:
+        sets = [(("leak", *filter(None, [more])), share) for more, share in besides.items()]
+        return Found(tuple((Model(one, view, {}), share) for one, share in sets), 0.0)
+
+    many = of({"play": 0.3, "spring": 0.25, "late": 0.2, "zero": 0.15, "": 0.1})
+    found = decided(many, FAMILIES, START)
+    assert (found.kind, found.effects) == ("partly_explained", ("leak",))
+    assert found.probability == pytest.approx((1.0,))
+    two = decided(of({"play": 0.5, "spring": 0.45, "": 0.05}), FAMILIES, START)
+    assert two.kind == "not_separable"
+
+
 def test_nothing_and_unknown():
     assert answer((0.9, 0.1)).kind == "no_gap"
     assert answer((0.0, 0.2), unknown=0.8).kind == "not_in_catalogue"
