@@ -15,10 +15,13 @@ from epa_rt.gap.diagnosis import Onset
 from epa_rt.gap.likelihood.point import Point
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.screen import amplitudes, difference, starts
+from epa_rt.gap.posterior.decide import MISSED, WRONG_NAME
 from epa_rt.gap.posterior.evidence import Numbers, scale, strain
 from epa_rt.gap.posterior.views import BLOCKS, Seen, View
 
-LIKELY = 0.5  # probability from which a change is said: it is likelier than none
+# Probability from which a change is said: where one that is not there costs as much as one that is
+# missed, as of names.
+LIKELY = WRONG_NAME / (WRONG_NAME + MISSED)
 PARTS = 6  # of a block, at each of which a step may begin
 
 
@@ -64,7 +67,7 @@ class _Left(NamedTuple):
 
 def onset(problem: Problem, point: Point, numbers: Numbers) -> Onset | None:
     """The step of an effect within a log that explains most of what ``point`` leaves; None where
-    none is likelier than none at all.
+    none is ``LIKELY``.
 
     ``point``: of ``problem``, fitted to what is named. Raises Stopped.
     """
