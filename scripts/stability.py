@@ -104,7 +104,10 @@ def _arguments() -> argparse.Namespace:
     )
     parser.add_argument("-o", "--out", type=Path, required=True, help="answers go to OUT.jsonl")
     parser.add_argument(
-        "--recordings", nargs="*", metavar="NAME", help="only these (default: all that are there)"
+        "--recordings",
+        nargs="*",
+        metavar="NAME",
+        help="only these, none where no name follows (default: all that are there)",
     )
     parser.add_argument("--cases", nargs="*", type=Path, default=[], metavar="DIR")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS, metavar="KIND")
