@@ -2,7 +2,7 @@
 missed, and whether anything is named that is not there.
 
 Each joint is one inertia under a controller that follows a sum of sines, integrated in steps of
-0.1 ms; every second one has an encoder of 12 bits, the others of 16. Its plant file has inertia and
+0.1 ms; half of them have an encoder of 12 bits, the others of 16. Its plant file has inertia and
 drag alone, each some percent off. Nothing here knows the catalogue but by the names of families.
 Prints JSON: per joint what was said, and in sum the effects named and missed, and the names of
 families that a joint has not, at confidence 0.8 and more.
@@ -33,11 +33,12 @@ from epa_rt.gap.rig.foreign import open_foreign
 
 PERIOD_S, SUBSTEPS, SECONDS, LOGS = 4e-3, 40, 24.0, 2
 INERTIA_KG_M2, DRAG_NM_S_RAD, TYPICAL_NM = 0.05, 0.12, 1.5
-STIFFNESS_NM_RAD, DAMPING_NM_S_RAD, REPAIR_PER_S, REPAIR_RAD_S = 60.0, 2.5, 6.0, 0.05
+STIFFNESS_NM_RAD, DAMPING_NM_S_RAD = 60.0, 2.5  # of its controller
+INTEGRAL_PER_S, MOST_INTEGRAL_RAD_S = 6.0, 0.05  # of the stiffness; where it stops to grow
 TORQUE_NOISE_NM, TORQUE_STEP_NM = 0.01, 0.005
 SINES_HZ_RAD = ((0.21, 0.8), (0.57, 0.35), (1.3, 0.12), (2.7, 0.04))
 SURE = 0.8  # confidence from which a wrong name is held against the diagnosis
-# effect to the families that may rightly name it: laws that say the same within half a turn
+# effect to the families that may rightly name it
 FAMILIES = {
     "dry": {"friction"},
     "builds_up": {"friction"},  # dry friction over a way
@@ -109,24 +110,22 @@ def drawn(random: np.random.Generator, count: int) -> Joint:
 
 
 @njit(cache=True)
-def _driven(wanted, pace, late_rows, n):  # type: ignore[no-untyped-def]
+def _driven(wanted, pace, late_steps, n):  # type: ignore[no-untyped-def]
     """(N,) angle, and torque asked of the drive in each row, which holds it until the next."""
     (level, over, rise, by_direction, constant, weight, turn, spring, cogging, teeth, square,
      by_load, gain) = n  # fmt: skip
     angle, asked = np.zeros(len(wanted)), np.zeros(len(wanted))
-    sent = np.zeros(len(wanted) * SUBSTEPS)
-    q, v, bristle, repaired, step = wanted[0], 0.0, 0.0, 0.0, PERIOD_S / SUBSTEPS
+    q, v, bristle, integral, step = wanted[0], 0.0, 0.0, 0.0, PERIOD_S / SUBSTEPS
     for k in range(len(wanted)):
         apart = wanted[k] - q
-        repaired = min(max(repaired + apart * PERIOD_S, -REPAIR_RAD_S), REPAIR_RAD_S)
+        integral = min(max(integral + apart * PERIOD_S, -MOST_INTEGRAL_RAD_S), MOST_INTEGRAL_RAD_S)
         angle[k] = q
-        asked[k] = STIFFNESS_NM_RAD * (apart + REPAIR_PER_S * repaired) + DAMPING_NM_S_RAD * (
+        asked[k] = STIFFNESS_NM_RAD * (apart + INTEGRAL_PER_S * integral) + DAMPING_NM_S_RAD * (
             pace[k] - v
         )
         for j in range(SUBSTEPS):
-            at = k * SUBSTEPS + j
-            sent[at] = asked[k]
-            torque = gain * (sent[at - late_rows] if at >= late_rows else 0.0)
+            at = k * SUBSTEPS + j - late_steps
+            torque = gain * (asked[at // SUBSTEPS] if at >= 0 else 0.0)
             sign = math.tanh(v / 5e-3)
             held = sign
             if over > 0.0:
@@ -149,8 +148,8 @@ def recorded(joint: Joint, name: str, random: np.random.Generator) -> Recording:
         rate, begins = 2.0 * np.pi * hz * random.uniform(0.9, 1.1), random.uniform(0.0, 2.0 * np.pi)
         wanted += size * np.sin(rate * t + begins)
     wanted *= np.minimum(t, 1.0)
-    late_rows = round(joint.late_s * SUBSTEPS / PERIOD_S)
-    angle, asked = _driven(wanted, np.gradient(wanted, PERIOD_S), late_rows, joint.numbers)
+    late_steps = round(joint.late_s * SUBSTEPS / PERIOD_S)
+    angle, asked = _driven(wanted, np.gradient(wanted, PERIOD_S), late_steps, joint.numbers)
     step = 2.0 * np.pi / 2**joint.bits
     noisy = asked + TORQUE_NOISE_NM * random.standard_normal(len(t))
     columns = {

@@ -94,6 +94,17 @@ def test_what_is_the_same_all_along_begins_nowhere(seed, size):
     assert asked(logs([size] * LOGS, seed=seed + 2)) is None
 
 
+def test_a_change_is_said_from_two_thirds_on():
+    """A name that is wrong costs twice one that is missed."""
+    found = [
+        asked(logs([nothing, lambda t, by=by: by * (t >= 25.0), nothing]))
+        for by in np.linspace(0.3, 0.6, 13)
+    ]
+    said = [one.probability for one in found if one is not None]
+    assert 2 <= len(said) <= 10 and found[0] is None
+    assert min(said) > 2.0 / 3.0
+
+
 def test_a_change_in_one_log_of_many_does_not_hang_on_their_order():
     sizes = [nothing, lambda t: 1.0 * (t >= 25.0), nothing]
     recordings = logs(sizes)

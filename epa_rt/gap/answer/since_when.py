@@ -19,8 +19,8 @@ from epa_rt.gap.posterior.decide import MISSED, WRONG_NAME
 from epa_rt.gap.posterior.evidence import Numbers, scale, strain
 from epa_rt.gap.posterior.views import BLOCKS, Seen, View
 
-# Probability from which a change is said: where one that is not there costs as much as one that is
-# missed, as of names.
+# Probability from which to say a change is expected to cost no more than to say none, by the losses
+# of names.
 LIKELY = WRONG_NAME / (WRONG_NAME + MISSED)
 PARTS = 6  # of a block, at each of which a step may begin
 

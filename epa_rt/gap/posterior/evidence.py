@@ -10,7 +10,7 @@ Sources: Kennedy and O'Hagan (2001) on discrepancy; MacKay, Bayesian interpolati
 evidence and its Occam factor; Student's t as a Gaussian of unknown variance (Gelman et al.).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -160,14 +160,17 @@ def log_evidence(model: Model, prior: Prior, numbers: Numbers) -> float:
 
 
 def _strain_of(model: Model) -> float:
-    """The mean over the views that have numbers of their own."""
-    fits = [view for view in model.views.values() if view.keys]
-    return float(sum(strain(view) for view in fits)) / max(len(fits), 1)
+    return _mean_of_fits(model, strain)
 
 
 def _usual_strain_of(model: Model) -> float:
+    return _mean_of_fits(model, usual_strain)
+
+
+def _mean_of_fits(model: Model, of: Callable[[View], float | np.ndarray]) -> float:
+    """The mean over the views that have numbers of their own."""
     fits = [view for view in model.views.values() if view.keys]
-    return sum(usual_strain(view) for view in fits) / max(len(fits), 1)
+    return float(sum(of(view) for view in fits)) / max(len(fits), 1)
 
 
 def of_views(views: Mapping[str, View], numbers: Numbers) -> float:

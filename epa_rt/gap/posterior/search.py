@@ -177,13 +177,15 @@ class Search:
         either alone explains little, and no way leads there one by one. None where there is no
         such pair that is ``worth`` its gain in screening, or it was fitted before.
         """
-        families = {effect.name: effect.family for effect in problem.effects.values()}
+        if len(point.effects) + 2 > MOST_EFFECTS:
+            return None
+        families = self._scores.prior.families
         pair = screening.hidden_pair(families, {families[name] for name in point.effects})
         if pair is None or not worth(pair.gain):
             return None
         both = (pair.one, pair.other)
         effects = (*point.effects, *(seen.effect for seen, _ in both))
-        if len(effects) > MOST_EFFECTS or frozenset(effects) in self._found:
+        if frozenset(effects) in self._found:
             return None
         values = dict(point.values)
         for seen, amplitude in both:

@@ -12,6 +12,7 @@ from tests.gap.foreign.made import one_trial
 
 PERIOD_S, MASS_KG, DRAG_N_S_M, LEVEL_N, MIDDLE_M = 4e-3, 20.0, 90.0, 20.0, 0.2
 HALF_STROKE_M, PITCH_M = 0.15, 0.02
+ROUNDED_M_S, SHARP_M_S = 1e-3, 2e-4  # the latter a thousandth of the typical speed
 RIG = """rig: guide
 kind: carriage
 plant: plant.yaml
@@ -24,8 +25,10 @@ BARE = "plant: guide\nkind: carriage\ncarriage: {inertia: 20.3 kg}\nfriction: {v
 DRY = BARE + f"effects: {{coulomb: {{coulomb: {LEVEL_N} N}}}}\n"
 
 
-def guided(seed: int, level_n: float, **strengths: float) -> Recording:
-    """What moves it, read with the noise of an encoder and of a drive."""
+def guided(seed: int, level_n: float, rounded: bool = True, **strengths: float) -> Recording:
+    """What moves it, read with the noise of an encoder and of a drive. ``rounded``: whether dry
+    friction turns over within ROUNDED_M_S, and not as sharply as the catalogue has it.
+    """
     random, t = np.random.default_rng(seed), np.arange(0.0, 24.0, PERIOD_S)
     x, v, a = np.full_like(t, MIDDLE_M), np.zeros_like(t), np.zeros_like(t)
     for hz, size in zip((0.23, 0.61, 1.7, 3.1), (0.07, 0.03, 0.012, 4e-3), strict=True):
@@ -35,7 +38,7 @@ def guided(seed: int, level_n: float, **strengths: float) -> Recording:
         v += size * w * np.cos(angle)
         a -= size * w**2 * np.sin(angle)
     way, turn = (x - MIDDLE_M) / HALF_STROKE_M, 2.0 * np.pi * (x - MIDDLE_M) / PITCH_M
-    sign = np.tanh(v / 1e-3)
+    sign = np.tanh(v / ROUNDED_M_S) if rounded else v / np.hypot(v, SHARP_M_S)
     shapes = {
         "load_friction": np.abs(MASS_KG * a) * sign,
         "friction_over_turn": np.sin(turn + 0.7) * sign,
@@ -69,13 +72,16 @@ def test_two_that_act_on_the_same_part_are_both_named(strengths, tmp_path):
     assert min(one.confidence for one in found.effects) > 0.9, found.says
 
 
-def test_dry_friction_and_friction_by_load_are_both_named(tmp_path):
-    logs = [guided(seed, LEVEL_N, load_friction=0.1) for seed in (1, 2)]
+@pytest.mark.parametrize("rounded", [False, True], ids=["sharp", "rounded"])
+def test_dry_friction_and_friction_by_load_are_both_named(rounded, tmp_path):
+    logs = [guided(seed, LEVEL_N, rounded, load_friction=0.1) for seed in (1, 2)]
     found = diagnose(opened(tmp_path, RIG, BARE), logs, how_far=False)
-    named, missing = {one.name for one in found.effects}, {"coulomb", "load_friction"}
-    assert missing <= named <= {*missing, "coulomb_rounding"}, found.says  # as this guide's has
+    missing = {"coulomb", "load_friction"} | ({"coulomb_rounding"} if rounded else set())
+    assert {one.name for one in found.effects} == missing, found.says
     assert found.fitted["friction.coulomb_n"] == pytest.approx(LEVEL_N, rel=0.02)
     assert found.fitted["friction.load_ratio"] == pytest.approx(0.1, rel=0.05)
+    speed_m_s = ROUNDED_M_S - SHARP_M_S if rounded else 0.0
+    assert found.fitted.get("friction.rounding_speed_m_s", 0.0) == pytest.approx(speed_m_s, rel=0.2)
 
 
 def test_friction_by_load_is_named_alone_where_the_plant_file_has_the_dry_one(tmp_path):
