@@ -107,7 +107,9 @@ def test_a_law_with_a_shape_begins_from_its_first_one_too_and_from_all_where_par
     monkeypatch.setattr(
         room,
         "fitted",
-        lambda whole, effects, values: begun.append(values) or linearised(whole, effects, values),
+        lambda whole, effects, values, worth: (
+            begun.append(values) or linearised(whole, effects, values)
+        ),
     )
     best = linearised(problem, (), {SCALE: 1.0 + 0.02 * spreads})
     starts = tuple(
@@ -116,6 +118,23 @@ def test_a_law_with_a_shape_begins_from_its_first_one_too_and_from_all_where_par
     )
     afresh(problem, best, Tried(name, starts, {knob_of(name): 0.7}, 1.0, None))
     assert begun == [{knob_of(name): 0.7}, *starts[: begins - 1]]
+
+
+def test_another_start_is_worth_what_those_before_it_have_left(problem, monkeypatch):
+    asked = []
+
+    def fitted(whole, effects, values, worth):
+        asked.append(worth)
+        return linearised(whole, effects, values)
+
+    monkeypatch.setattr(room, "fitted", fitted)
+    far = linearised(problem, (), {SCALE: 1.12})
+    starts = ({knob_of("slow"): 0.3}, {knob_of("slow"): -0.3})
+    first = linearised(problem, ("slow",), {knob_of("slow"): 0.1})
+    best = afresh(problem, far, Tried("slow", starts, {knob_of("slow"): 0.1}, 1.0, None), 1e9)
+    left = [first.normal.chi, linearised(problem, ("slow",), starts[0]).normal.chi]
+    assert left[1] < left[0] and best.values == starts[0]
+    assert asked == [1e9, *((1.0 - room.SLOW) * np.array(left))]
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from epa_rt.gap.likelihood.as_one import fitted
+from epa_rt.gap.likelihood.as_one import SLOW, fitted
 from epa_rt.gap.likelihood.point import Point, linearised
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.refit import refit
@@ -34,25 +34,27 @@ class Tried(NamedTuple):
     point: Point | None
 
 
-def afresh(whole: Problem, best: Point, one: Tried) -> Point:
+def afresh(whole: Problem, best: Point, one: Tried, worth: float = np.inf) -> Point:
     """Fitted with fresh derivatives. Where nominal parameters had gone far to hide the gap, also
     from the plant file's with the law at typical strength in each of its shapes, and the best one:
     back along the valley between an effect and what imitates it, many a fit gets stuck. A law that
-    has a shape also from its first one: kept derivatives may have carried it far off.
+    has a shape also from its first one: kept derivatives may have carried it far off. ``worth``:
+    chi-square above which none is of use; another start is where it leaves less than those before.
     """
     effects = (*best.effects, one.effect)
     own = {key: best.values[key] for name in best.effects for key in whole.effects[name].knobs}
     shaped = len(whole.effects[one.effect].knobs) > len(whole.strength(one.effect))
     typical = one.starts[: None if _gone_far(best) else int(shaped)]
-    begins = [one.values, *({**own, **start} for start in typical)]
-    return min(
-        whole.each(lambda values: fitted(whole, effects, values), begins),
-        key=lambda point: point.normal.chi,
-    )
+    found = fitted(whole, effects, one.values, worth)
+    for start in typical:
+        worth = min(worth, (1.0 - SLOW) * found.normal.chi)
+        again = fitted(whole, effects, {**own, **start}, worth)
+        found = min(found, again, key=lambda point: point.normal.chi)
+    return found
 
 
-def _thorough(whole: Problem, best: Point, one: Tried) -> Tried:
-    point = afresh(whole, best, one)
+def _thorough(whole: Problem, best: Point, one: Tried, worth: float) -> Tried:
+    point = afresh(whole, best, one, worth)
     return one._replace(values=point.values, chi=point.normal.chi, point=point)
 
 
@@ -66,9 +68,10 @@ def _gone_far(point: Point) -> bool:
     )
 
 
-def promising(whole: Problem, point: Point, families: int) -> list[Tried]:
+def promising(whole: Problem, point: Point, families: int, worth: float = np.inf) -> list[Tried]:
     """One law of each of the families whose signatures promise most, the best first. All
-    recordings: in a single one nominal parameters imitate anything.
+    recordings: in a single one nominal parameters imitate anything. ``worth``: chi-square above
+    which a law is of no use.
 
     What imitates an effect is told from it by its derivatives alone, and those of a fit are kept
     from a few steps before: made fresh, they put a soft regulator of a quiet knee third that had
@@ -101,7 +104,7 @@ def promising(whole: Problem, point: Point, families: int) -> list[Tried]:
     tried = whole.each(begin, list(screenings))
     if hidden:
         tried = (
-            whole.each(lambda one: _thorough(whole, point, one), tried[:THOROUGH])
+            whole.each(lambda one: _thorough(whole, point, one, worth), tried[:THOROUGH])
             + tried[THOROUGH:]
         )
     return sorted(tried, key=lambda one: one.chi)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
+from scipy.optimize import brentq
 
 from epa_rt.gap.likelihood.as_one import LINK, fitted
 from epa_rt.gap.likelihood.ground import Ground
@@ -337,15 +338,18 @@ class Search:
         for more in order[:FURTHER]:
             self._in_free_run(more)
 
-    def _asks_for_more(
-        self, model: Model, views: Sequence[str], links: Sequence[str] = (), left: float = 0.0
-    ) -> bool:
-        """Whether what a model leaves in these views may be worth an effect more, that would leave
-        a part of it. ``links``: those alone that it would show in; all where there are none.
+    def _asks_for_more(self, model: Model, views: Sequence[str], links: Sequence[str] = ()) -> bool:
+        """Whether what a model leaves in these views may be worth an effect more. ``links``: those
+        alone that it would show in; all where there are none.
         """
+        return self._hopeful(self._one_more_of(model, views, links))
+
+    def _one_more_of(
+        self, model: Model, views: Sequence[str], links: Sequence[str] = (), left: float = 0.0
+    ) -> float:
+        """Log evidence of a model if an effect more left so much of its excess there."""
         model = self._on_ground(model)
-        more = self._scores.with_one_more(model, self._leading(), views, links, left)
-        return self._hopeful(more)
+        return self._scores.with_one_more(model, self._leading(), views, links, left)
 
     def _proposed_by_blocks(
         self, effects: tuple[str, ...], values: Values | None = None
@@ -359,8 +363,10 @@ class Search:
         left = sum(seen.excess / problem.scale[name] ** 2 for name, seen in links.items())
         left += float(point.normal.prior @ point.normal.z**2)
 
+        least = self._least_share(effects, ONE_STEP) * left
+
         def worth(gain: float) -> bool:
-            return self._may_count(effects, ONE_STEP, gain / left if left > 0.0 else 1.0)
+            return gain >= least
 
         screening = screen(problem, point)
         role = played(problem, point, worth=worth, screening=screening)
@@ -382,12 +388,17 @@ class Search:
         pair = self._hidden_pair(problem, point, screening, worth)
         return [*found, pair] if pair else found
 
-    def _may_count(self, effects: tuple[str, ...], views: Sequence[str], share: float) -> bool:
-        """Whether one effect more may count that is expected to explain a share of what a model
-        leaves in these views, and of what its nominal parameters cost.
+    def _least_share(self, effects: tuple[str, ...], views: Sequence[str]) -> float:
+        """Share of what a model leaves in these views, and of what its nominal parameters cost,
+        that one effect more is expected to explain if it may count; infinite where none may.
         """
-        left = max(1.0 - BEYOND_PROMISE * share, 0.0)
-        return self._asks_for_more(self._of(effects), views, left=left)
+
+        def hope(share: float) -> float:
+            return self._hope(self._one_more_of(self._of(effects), views, left=1.0 - share))
+
+        if hope(0.0) > 0.0:
+            return 0.0
+        return float(brentq(hope, 0.0, 1.0)) / BEYOND_PROMISE if hope(1.0) > 0.0 else np.inf
 
     def _kept_if_better(
         self, known: Model, values: Values, fit: tuple[Problem, Normal] | None = None
@@ -521,9 +532,10 @@ class Search:
             return []
         found = []
         chi = point.normal.chi
-        for one in promising(self._ground.whole, point, FAMILIES)[:FAMILIES]:
-            excess = chi - self._on_ground(self._of(effects)).views[FREE_RUN].links[LINK].noise
-            if excess > 0.0 and not self._may_count(effects, WHOLE, (chi - one.chi) / excess):
+        excess = chi - self._on_ground(self._of(effects)).views[FREE_RUN].links[LINK].noise
+        worth = chi - self._least_share(effects, WHOLE) * excess if excess > 0.0 else np.inf
+        for one in promising(self._ground.whole, point, FAMILIES, worth)[:FAMILIES]:
+            if one.chi > worth:
                 continue
             found.append((*effects, one.effect))
             self._model(

@@ -20,7 +20,7 @@ from epa_rt.gap.posterior.evidence import (
     usual_strain,
 )
 from epa_rt.gap.posterior.prior import Prior
-from epa_rt.gap.posterior.search import Model, Search, Table, chi_left
+from epa_rt.gap.posterior.search import BEYOND_PROMISE, Model, Search, Table, chi_left
 from epa_rt.gap.posterior.unknown import inclusion, posterior
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, Seen, View
 from tests.gap import toy
@@ -39,12 +39,12 @@ def found(values=None, extra=None, without=(), count=2):
     return table, posterior(table, START)
 
 
-def begun(values):
+def begun(values, numbers=START):
     """A problem, its base and a search of it that has fitted nothing but the base."""
     logs = [toy.recording(f"log{i}", 10 + i, OFF | values) for i in range(2)]
     problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
     families = {name: effect.family for name, effect in problem.effects.items()}
-    search = Search(problem, base, left, None, None, Formula(Prior(families), START))
+    search = Search(problem, base, left, None, None, Formula(Prior(families), numbers))
     return problem, base, search
 
 
@@ -112,6 +112,19 @@ def test_a_set_is_judged_at_its_own_optimum_before_one_effect_more_is_named_besi
     after = search._of(alone)
     assert after.values["drive.coulomb_a"] == pytest.approx(0.05, rel=0.02)
     assert search._evidence(after) > search._evidence(more)
+
+
+def test_from_the_least_share_on_one_effect_more_may_count():
+    _, _, search = begun({"drive.coulomb_a": 0.05}, replace(START, effect_odds=-6.0))
+    none = search._of(())
+    share = search._least_share((), (BLOCKS,)) * BEYOND_PROMISE
+
+    def evidence(share: float) -> float:
+        return search._one_more_of(none, (BLOCKS,), left=1.0 - share)
+
+    assert 0.0 < share < 1.0
+    assert not search._hopeful(evidence(0.9 * share)) and search._hopeful(evidence(1.1 * share))
+    assert search._least_share((), ()) == np.inf  # in no view there is anything to explain
 
 
 def test_a_set_that_is_proposed_once_more_keeps_what_free_run_has_shown():
