@@ -50,7 +50,6 @@ class Role:
 def played(
     problem: Problem,
     point: Point,
-    pairs: bool = False,
     worth: Callable[[float], bool] = lambda gain: True,
     screening: Screening | None = None,
 ) -> Role | None:
@@ -62,7 +61,7 @@ def played(
     optimum: it is settled again from where the best one took the nominal parameters. Families that
     are on already are not asked again.
     """
-    role = _played(problem, point, pairs, worth, screening or screen(problem, point))
+    role = _played(problem, point, worth, screening or screen(problem, point))
     if role is None or not _all_alike(role):
         return role
     keys = point.normal.keys
@@ -74,7 +73,7 @@ def played(
     return (
         role
         if again.normal.chi > point.normal.chi - NOT_LITTLE
-        else _played(problem, again, pairs, worth, screen(problem, again))
+        else _played(problem, again, worth, screen(problem, again))
     )
 
 
@@ -86,17 +85,13 @@ def _all_alike(role: Role) -> bool:
 
 
 def _played(
-    problem: Problem,
-    point: Point,
-    pairs: bool,
-    worth: Callable[[float], bool],
-    screening: Screening,
+    problem: Problem, point: Point, worth: Callable[[float], bool], screening: Screening
 ) -> Role | None:
     promised = screening.best()
     on = {problem.effects[name].family for name in point.effects}
     names = [
         n
-        for n in candidates(problem, point, screening, pairs)
+        for n in candidates(problem, screening)
         if problem.effects[n].family not in on and (n not in promised or worth(promised[n].gain))
     ]
     if not names:
@@ -182,18 +177,14 @@ def gains(problem: Problem, point: Point, fit: Fit) -> np.ndarray:
     return before - after - paid / len(before)
 
 
-def candidates(problem: Problem, point: Point, screening: Screening, pairs: bool) -> list[str]:
-    """Effects worth a refit: the best overall, the best of each link, and the members of the best
-    pair.
-    """
+def candidates(problem: Problem, screening: Screening) -> list[str]:
+    """Effects worth a refit: the best overall, and the best of each link."""
     best = screening.best()
     order = sorted(best, key=lambda name: -best[name].gain)
     names = order[:BEST]
     for link in problem.links:
         own = [name for name in order if link in problem.touched(problem.effects[name].knobs)]
         names += own[:PER_LINK]
-    if pairs:
-        names += [name for pair in screening.pairs(2, order[:30]) for name in pair]
     return list(dict.fromkeys(names))
 
 

@@ -5,7 +5,7 @@ A signature is a finite difference of the whitened residuals between an effect a
 none, with what the nominal parameters could imitate projected out.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -86,19 +86,6 @@ class Screening:
             if ia and ib
             else 0.0
         )
-
-    def pairs(self, count: int, among: Sequence[str]) -> list[tuple[str, str]]:
-        """The pairs of effects that together would explain most, one signature each."""
-        index = [i for i, s in enumerate(self.signatures) if s.effect in set(among)]
-        names = [self.signatures[i].effect for i in index]
-        together = self._together(np.array(index, int)).tolist()
-        scored: dict[tuple[str, str], float] = {}
-        for i, a in enumerate(names):
-            for j, b in enumerate(names[i + 1 :], i + 1):
-                if a != b:
-                    pair = (a, b) if a < b else (b, a)
-                    scored[pair] = max(scored.get(pair, 0.0), together[i][j])
-        return sorted(scored, key=lambda pair: -scored[pair])[:count]
 
     def hidden_pair(self, families: Mapping[str, str], on: Collection[str] = ()) -> Pair | None:
         """The pair of effects of two families that together would explain most, of those that

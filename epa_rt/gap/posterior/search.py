@@ -153,7 +153,7 @@ class Search:
         look(self._problem, self._base)
         screening = screen(self._problem, self._base)
         self.typical = screening.typical()
-        role = played(self._problem, self._base, pairs=True, screening=screening)
+        role = played(self._problem, self._base, screening=screening)
         fits = {fit.effect: fit for fit in (role.fits if role else ())}
         if self._ground is None:
             fits = self._as_believed(fits)
@@ -198,7 +198,7 @@ class Search:
         refit without effects has bent its numbers to hide a gap, its derivatives lead nowhere; with
         a model of the whole free run looks from both.
         """
-        role = played(self._problem, linearised(self._problem, (), {}), pairs=True)
+        role = played(self._problem, linearised(self._problem, (), {}))
         better = {
             fit.effect: fit
             for fit in (role.fits if role else ())
