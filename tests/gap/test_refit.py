@@ -49,6 +49,26 @@ def test_refit_from_a_typical_strength_finds_the_truth_and_lowers_chi_square(pro
     assert fit.chi < base.normal.chi
 
 
+def test_knobs_that_move_residuals_in_proportion_need_their_derivatives_once(monkeypatch):
+    values = {"drive.gain_a": 1.03, "spring.cubic_n_m3": -2e5}
+    logs = [toy.recording(f"log{i}", 60 + i, values) for i in range(2)]
+    problem = Problem(toy.Toy(), logs, toy.floors(None, logs, {}))
+    point, asked = settled(problem), []
+    derivative = problem.derivative
+    monkeypatch.setattr(
+        problem, "derivative", lambda *given: asked.append(given[1]) or derivative(*given)
+    )
+    start = {"spring.cubic_n_m3": 0.0}
+    anew = refit(problem, point, "hardening", start)
+    often, asked[:] = len(asked), []
+    kept = refit(problem, point, "hardening", start, in_proportion=True)
+    assert len(asked) == len(problem.touched(start)) < often
+    assert kept.values["spring.cubic_n_m3"] == pytest.approx(-2e5, rel=0.02)
+    assert kept.values == pytest.approx(anew.values, rel=1e-3)
+    assert kept.chi == pytest.approx(anew.chi, rel=1e-4)
+    assert kept.normal.chi == pytest.approx(kept.chi)
+
+
 def test_linearised_loss_is_exact_at_the_point_itself_and_worse_on_data_left_out(base, problem):
     normal = base.normal
     assert np.allclose(normal.loss(np.zeros(len(normal.keys))), normal.square)

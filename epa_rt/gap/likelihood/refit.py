@@ -217,9 +217,12 @@ def refit(
     start: Mapping[str, float],
     rounds: int = ROUNDS,
     enough: float = ENOUGH,
+    in_proportion: bool = False,
 ) -> Fit:
     """The effect's knobs with everything free at ``point``, from ``start`` (knob key to value),
-    until chi-square falls by less than ``enough`` of it. Raises Stopped.
+    until chi-square falls by less than ``enough`` of it. ``in_proportion``: its knobs move
+    residuals so nearly in proportion that their derivatives at the start are good everywhere.
+    Raises Stopped.
     """
     new = tuple(k for k in problem.effects[effect].knobs if k not in point.normal.keys)
     keys = point.normal.keys + new
@@ -233,7 +236,7 @@ def refit(
     at = _Trial(problem, point, touched, {**point.values, **start}, rest)
     prior, damping, tables = prior_of(problem, keys), 1e-3, None
     for _ in range(rounds):
-        tables = _tables(problem, point, at, touched, new, keys)
+        tables = tables or _tables(problem, point, at, touched, new, keys)
         matrix, vector, z, frozen = _whole(problem, point, at, touched, tables, rest, keys)
         better = _stepped(
             problem, point, at, tables, rest, keys, (matrix, vector, prior, z, ~frozen), damping
@@ -242,7 +245,7 @@ def refit(
             break
         after, damping = better
         arrived = at.chi - after.chi < enough * at.chi
-        at, tables = after, None
+        at, tables = after, tables if in_proportion else None
         if arrived:
             break
     tables = tables or _tables(problem, point, at, touched, new, keys)

@@ -17,7 +17,7 @@ from epa_rt.gap.likelihood.refit import refit
 from epa_rt.gap.likelihood.role import gains, z_of_sum
 from epa_rt.gap.subject import Values
 
-ROUNDS = 2  # of a refit: errors move residuals in proportion, nominal parameters nearly so
+ROUNDS = 4  # of a refit: errors move residuals in proportion, nominal parameters nearly so
 SURE = 4.0  # deviations from which a link is off
 
 
@@ -31,7 +31,9 @@ def origins(problem: Problem, values: Values) -> tuple[Origin, ...]:
     asked = problem.rescaled(dict.fromkeys(problem.links, 1.0)).asking(doubted)
     point = linearised(asked, (), dict(values))
     fits = asked.each(
-        lambda effect: refit(asked, point, effect.name, dict.fromkeys(effect.knobs, 0.0), ROUNDS),
+        lambda effect: refit(
+            asked, point, effect.name, dict.fromkeys(effect.knobs, 0.0), ROUNDS, in_proportion=True
+        ),
         list(asked.effects.values()),
     )
     excess = sum(max(float(r @ r) - len(r), 0.0) for r in point.residual.values()) + float(
