@@ -29,6 +29,28 @@ from tests.cli.waiting import its_number
 for number in side_by_side(1, its_number, [(0.0,), (60.0,)], "cases made"):
     print(number, flush=True)
 """
+WORKERS = """
+import json, signal, sys, tempfile, threading, time
+from pathlib import Path
+from epa_rt.benchmark.score import diagnose_all
+
+def says_its_number():
+    while not (case / "rig").exists() or not (text := (case / "rig").read_text()):
+        time.sleep(0.02)
+    print(text, flush=True)
+
+signal.signal(signal.SIGTERM, signal.default_int_handler)  # as epa gap blind has it
+with tempfile.TemporaryDirectory() as folder:
+    case = Path(folder, "case_000")
+    case.mkdir()
+    told = {"rig": "rig", "plant": "plant", "logs": [], "holdout": [], "leave_out": []}
+    (case / "case.json").write_text(json.dumps(told))
+    threading.Thread(target=says_its_number, daemon=True).start()
+    try:
+        diagnose_all([case], Path(folder), [], "tests.cli.waiting:diagnoser", 1)
+    except KeyboardInterrupt:
+        sys.exit("stopped")
+"""
 
 
 def ended(pid: int) -> bool:
@@ -40,9 +62,15 @@ def ended(pid: int) -> bool:
 
 
 @pytest.mark.parametrize(
-    "asking, number", [(ASKS, signal.SIGINT), (ASKS, signal.SIGTERM), (CASES, signal.SIGKILL)]
+    ("asking", "number", "ends"),
+    [
+        (ASKS, signal.SIGINT, 0),
+        (ASKS, signal.SIGTERM, -signal.SIGTERM),
+        (CASES, signal.SIGKILL, -signal.SIGKILL),
+        (WORKERS, signal.SIGTERM, 1),
+    ],
 )
-def test_a_process_beside_ends_with_the_one_that_asked(asking, number):
+def test_a_process_beside_ends_with_the_one_that_asked(asking, number, ends):
     """Ctrl-C comes to both at once; the others only to the one that asked."""
     command = [sys.executable, "-c", asking]
     with subprocess.Popen(
@@ -52,7 +80,7 @@ def test_a_process_beside_ends_with_the_one_that_asked(asking, number):
         time.sleep(0.2)
         (os.killpg if number == signal.SIGINT else os.kill)(asks.pid, number)
         said = asks.communicate(timeout=30)[1]
-        assert asks.returncode == (0 if number == signal.SIGINT else -number)
+        assert asks.returncode == ends
         assert "Traceback" not in said
     until = time.monotonic() + 10.0
     while not ended(beside) and time.monotonic() < until:
