@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epa_rt.gap.held_out.shrink import ALL, OVERALL, shrinkage
+from epa_rt.gap.held_out.shrink import ALL, OVERALL, how_far_of, shrinkage
 from epa_rt.gap.likelihood.alongside import best_pressure, channels, paired, step_of
+from epa_rt.gap.likelihood.problem import Problem
 from tests.gap.damper import NOISE_N, Damper, recorded, white_floor
 
 TRUTH = {"muscle.coulomb_n": 1.0}
@@ -49,6 +50,24 @@ def test_before_is_told_for_the_refit_and_for_the_plant_file(rows):
     )
     assert row(rows, "force_n", "teacher_forced", "plant_file").before == pytest.approx(
         np.hypot(1.0, NOISE_N), rel=0.03
+    )
+
+
+def test_what_noise_leaves_of_a_log_that_no_fit_has_seen_is_found_at_the_fitted_values():
+    fitted, unseen = recorded(TRUTH, "a", 1), recorded(TRUTH, "b", 2)
+    problem, asked = Problem(Damper(), [fitted], FLOORS), []
+
+    def floors(subject, recordings, values, repeats, seed):
+        asked.append(dict(values))
+        return {"damper": replace(white_floor(), rms=3.0 * NOISE_N)}
+
+    found = [
+        how_far_of(Damper(), [log], problem, {}, TRUTH, floors, 0, lambda stage, share: None)
+        for log in (fitted, unseen)
+    ]
+    assert asked == [TRUTH]
+    assert [row(rows, "force_n", "teacher_forced").floor for rows in found] == pytest.approx(
+        [NOISE_N, 3.0 * NOISE_N]
     )
 
 
