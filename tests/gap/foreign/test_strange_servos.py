@@ -10,6 +10,7 @@ import pytest
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign import servo_model
+from scripts import outsider_servo
 from tests.gap.foreign.carriages import opened
 from tests.gap.foreign.made import one_trial
 
@@ -146,6 +147,17 @@ def test_a_servo_that_answers_larger_errors_in_full_has_a_dead_zone_of_that_kind
     )
     assert found.effects[0].name == "deadband_whole", found.says
     assert found.fitted["drive.ignored_rad"] == pytest.approx(ignored, rel=0.02)
+
+
+def test_a_break_away_beside_a_dead_zone_and_a_load_is_found(tmp_path):
+    """Its slope leads only a little way: fits of it begin near where it is."""
+    machine, random = outsider_servo.made(np.random.default_rng(5), 1), np.random.default_rng(5)
+    numbers = np.array([0.0, 0.0, 0.25, 0.0, 0.0085, 0.0, 0.0, 0.16, 0.0, 1.0, 0.0])
+    logs = [outsider_servo.recorded(numbers, 0.0, f"log{i}", random) for i in range(2)]
+    found = diagnose(opened(tmp_path, machine.rig, machine.plant), logs, how_far=False)
+    assert {one.family for one in found.effects} == {"stiction", "offset", "deadband"}, found.says
+    assert found.verdict == "explained" and found.posterior.models[0].left_share < 0.01
+    assert found.fitted["friction.stiction_rad_s"] == pytest.approx(0.25, rel=0.06)
 
 
 @pytest.mark.parametrize(

@@ -246,6 +246,7 @@ _LIMITS = tuple((round(0.2 * 1.3**i, 3),) for i in (0, *range(-9, 0), *range(1, 
 _IGNORED = tuple(
     (round(0.01 * 1.25**i, 5),) for i in (0, *range(-4, 0), *range(1, 10))
 )  # jumps: a slope leads only a little way
+_BREAKS = tuple((round(0.1 * 1.25**i, 4),) for i in (0, *range(-7, 0), *range(1, 13)))  # as well
 
 _EFFECTS = (
     _e(
@@ -279,10 +280,11 @@ _EFFECTS = (
         "stiction",
         "stiction",
         "friction",
-        ((0.1,), (0.5,)),
+        _BREAKS,
         "break-away above sliding friction",
         "rest while |K e| < c + s",
         "Stribeck",
+        sets_in=True,
     ),
     _e(
         "viscous",
