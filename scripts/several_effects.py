@@ -1,7 +1,7 @@
 """Machines that lack several effects at once, by an outsider's equations: which are named, which
 are missed, and whether anything is named that is not there.
 
-Joints come from scripts/outsider_joint.py, servos from scripts/outsider_servo.py. Prints JSON: per
+Joints, servos and chambers come from scripts/outsider_joint.py and its neighbours. Prints JSON: per
 machine what was said, and in sum the effects named and missed, and the names of families that a
 machine has not, at confidence 0.8 and more.
 
@@ -23,9 +23,9 @@ sys.path.insert(0, str(ROOT))
 
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.rig.foreign import open_foreign
-from scripts import outsider_joint, outsider_servo
+from scripts import outsider_chamber, outsider_joint, outsider_servo
 
-KINDS = {"joint": outsider_joint, "servo": outsider_servo}
+KINDS = {"joint": outsider_joint, "servo": outsider_servo, "chamber": outsider_chamber}
 SURE = 0.8  # confidence from which a wrong name is held against the diagnosis
 
 
