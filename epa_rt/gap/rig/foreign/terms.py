@@ -108,7 +108,7 @@ _OWN: tuple[Law, ...] = (
         "Stribeck; Armstrong-Helouvry 1994",
         (
             number("stribeck_n", "N", "stribeck", 0.0, 5.0, 0.2, "typical_force"),
-            number("stribeck_speed_m_s", "m/s", "stribeck", 2e-3, 1.0, 0.05, "typical_speed", 0.05),
+            number("stribeck_speed_m_s", "m/s", "stribeck", 2e-3, 0.3, 0.05, "typical_speed", 0.05),
         ),
         ((0.2, 0.05), (0.2, 0.15)),
         _stribeck,
