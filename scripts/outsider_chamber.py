@@ -10,14 +10,15 @@ import math
 import numpy as np
 from numba import njit
 
-from epa_rt.gap.recording import Recording, Span
-from scripts.outsider import Outsider
+from epa_rt.gap.recording import Recording
+from scripts.outsider import Outsider, one_trial, strengths
 
 PERIOD_S, SUBSTEPS, FILL_S, HOLD_S = 0.1, 10, 2.0, 120.0
 FILLS_PA = (3.0e5, 4.5e5, 6.0e5, 7.5e5)  # absolute, of a log each
 OUTSIDE_PA, SUPPLY_PA, ROOM_K, KAPPA = 101325.0, 9e5, 293.0, 1.4
 STAND_PER_S, WALL_S = 2.2e-5, 3.0  # the stand's leak; in which gas warms at the walls
-NOISE_PA, STEP_PA = 100.0, 50.0
+NOISE_PA, STEP_PA, RANGE_PA = 100.0, 50.0, 1e6  # of the gauge
+CHOKED, CHOKED_FLOW = 0.528, 0.2588  # ratio of pressures below which a flow is no larger, and it
 # effect to the families that may rightly name it
 FAMILIES = {
     "hole": {"leak"},
@@ -38,12 +39,8 @@ def drawn(random: np.random.Generator, count: int) -> tuple[tuple[str, ...], np.
     """``count`` effects, each at 0.6 to 1.6 of a strength that one would meet: their names, and
     the numbers of the equations.
     """
-    has = {str(name) for name in random.choice(list(FAMILIES), count, replace=False)}
-    size = {name: random.uniform(0.6, 1.6) for name in FAMILIES}
+    has, strength = strengths(random, FAMILIES, count)
     sign = random.choice([-1.0, 1.0])
-
-    def strength(name: str, of_one: float) -> float:
-        return of_one * size[name] if name in has else 0.0
 
     numbers = [
         strength("hole", 1e-3),
@@ -56,7 +53,7 @@ def drawn(random: np.random.Generator, count: int) -> tuple[tuple[str, ...], np.
         strength("drift", 10.0) * sign,
         strength("zero", 3000.0) * sign,
     ]
-    return tuple(sorted(has)), np.array(numbers)
+    return has, np.array(numbers)
 
 
 @njit(cache=True)
@@ -73,9 +70,9 @@ def _held(filled_pa, rows, n):  # type: ignore[no-untyped-def]
         found[k] = p
         for j in range(SUBSTEPS):
             t = (k * SUBSTEPS + j) * step
-            ratio = max(OUTSIDE_PA / p, 0.528)
+            ratio = max(OUTSIDE_PA / p, CHOKED)
             flow = math.sqrt(max(ratio ** (2.0 / KAPPA) - ratio ** ((KAPPA + 1.0) / KAPPA), 0.0))
-            lost = hole * p * flow / 0.2588 * math.sqrt(ROOM_K / kelvin)
+            lost = hole * p * flow / CHOKED_FLOW * math.sqrt(ROOM_K / kelvin)
             lost += gap * (p * p - OUTSIDE_PA * OUTSIDE_PA) / (2.0 * OUTSIDE_PA)
             lost += STAND_PER_S * (p - OUTSIDE_PA)
             gained = valve * (SUPPLY_PA - p)
@@ -85,7 +82,7 @@ def _held(filled_pa, rows, n):  # type: ignore[no-untyped-def]
             )
             gas += step * (gained - lost) / ROOM_K
             kelvin = energy / gas
-            for _ in range(3):
+            for _ in range(3):  # the volume hangs on the pressure, and that on the volume
                 volume = (1.0 + stretch * (p - OUTSIDE_PA)) * (
                     1.0 + creep * math.log(1.0 + t / 5.0)
                 )
@@ -101,10 +98,10 @@ def recorded(
     climb = np.linspace(OUTSIDE_PA, filled_pa, round(FILL_S / PERIOD_S), endpoint=False)
     pressure = np.concatenate([climb, _held(filled_pa, rows, numbers)])
     t = PERIOD_S * np.arange(len(pressure))
-    read = pressure + numbers[7] * t + numbers[8] + random.normal(0.0, NOISE_PA, len(t))
+    *_, drift, zero = numbers
+    read = pressure + drift * t + zero + random.normal(0.0, NOISE_PA, len(t))
     columns = {"pressure": np.round(read / STEP_PA) * STEP_PA}
-    trial = (Span("trial", 0, len(t), True),)
-    return Recording(name, "", "chamber", "", "", PERIOD_S, np.arange(len(t)), columns, trial)
+    return one_trial(name, "chamber", PERIOD_S, columns)
 
 
 def made(random: np.random.Generator, count: int) -> Outsider:
@@ -115,7 +112,7 @@ def made(random: np.random.Generator, count: int) -> Outsider:
     off = random.uniform(0.8, 1.2)
     return Outsider(
         has,
-        round(math.log2(1e6 / STEP_PA)),
+        round(math.log2(RANGE_PA / STEP_PA)),
         logs,
         f"plant: chamber\nkind: chamber\nchamber: {{stand_leak: {STAND_PER_S * off:.4g} 1/s}}\n",
         "rig: chamber\nkind: chamber\nplant: plant.yaml\nrate: 5 Hz\nlowpass: 2.5 Hz\n"

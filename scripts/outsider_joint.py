@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from epa_rt.gap.recording import Recording, Span
-from scripts.outsider import Outsider
+from epa_rt.gap.recording import Recording
+from scripts.outsider import Outsider, one_trial, sines, strengths
 
 PERIOD_S, SUBSTEPS, SECONDS, LOGS = 4e-3, 40, 24.0, 2
 INERTIA_KG_M2, DRAG_NM_S_RAD, TYPICAL_NM = 0.05, 0.12, 1.5
@@ -54,21 +54,15 @@ class Joint:
 
 def drawn(random: np.random.Generator, count: int) -> Joint:
     """A joint with ``count`` effects, each at 0.6 to 1.6 of a strength that one would meet."""
-    has = {str(name) for name in random.choice(list(FAMILIES), count, replace=False)}
-    if "builds_up" in has:
-        has.discard("dry")
-    size = dict(zip(FAMILIES, random.uniform(0.6, 1.6, len(FAMILIES)).tolist(), strict=True))
+    has, strength = strengths(random, FAMILIES, count, {"builds_up": "dry"})
     sign, turn, teeth = (
         random.choice([-1.0, 1.0]),
         random.uniform(-3.0, 3.0),
         random.integers(6, 24),
     )
 
-    def strength(name: str, of_one: float) -> float:
-        return of_one * size[name] if name in has else 0.0
-
     return Joint(
-        tuple(sorted(has)),
+        has,
         np.array(
             [
                 strength("dry", 0.3 * TYPICAL_NM) + strength("builds_up", 0.3 * TYPICAL_NM),
@@ -126,10 +120,7 @@ def _driven(wanted, pace, late_steps, n):  # type: ignore[no-untyped-def]
 def recorded(joint: Joint, name: str, random: np.random.Generator) -> Recording:
     """A log of it."""
     t = np.arange(0.0, SECONDS, PERIOD_S)
-    wanted = np.zeros_like(t)
-    for hz, size in SINES_HZ_RAD:
-        rate, begins = 2.0 * np.pi * hz * random.uniform(0.9, 1.1), random.uniform(0.0, 2.0 * np.pi)
-        wanted += size * np.sin(rate * t + begins)
+    wanted = sines(random, t, SINES_HZ_RAD)
     wanted *= np.minimum(t, 1.0)
     late_steps = round(joint.late_s * SUBSTEPS / PERIOD_S)
     angle, asked = _driven(wanted, np.gradient(wanted, PERIOD_S), late_steps, joint.numbers)
@@ -139,8 +130,7 @@ def recorded(joint: Joint, name: str, random: np.random.Generator) -> Recording:
         "angle": np.round((angle + joint.disc_rad * np.sin(angle + 1.0)) / step) * step,
         "torque": np.round(noisy / TORQUE_STEP_NM) * TORQUE_STEP_NM,
     }
-    trial = (Span("trial", 0, len(t), True),)
-    return Recording(name, "", "joint", "", "", PERIOD_S, np.arange(len(t)), columns, trial)
+    return one_trial(name, "joint", PERIOD_S, columns)
 
 
 def made(random: np.random.Generator, count: int) -> Outsider:

@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numba import njit
 
-from epa_rt.gap.recording import Recording, Span
-from scripts.outsider import Outsider
+from epa_rt.gap.recording import Recording
+from scripts.outsider import Outsider, one_trial, sines, strengths
 
 PERIOD_S, SUBSTEPS, SECONDS, LOGS, BITS = 0.02, 100, 40.0, 2, 12
 GAIN_PER_S, LAG_S = 18.0, 0.06
@@ -39,14 +39,8 @@ def drawn(random: np.random.Generator, count: int) -> tuple[tuple[str, ...], np.
     """``count`` effects, each at 0.6 to 1.6 of a strength that one would meet: their names, the
     numbers of the equation of motion, and how late commands arrive, s.
     """
-    has = {str(name) for name in random.choice(list(FAMILIES), count, replace=False)}
-    if "by_direction" in has:
-        has.discard("dry")
-    size = {name: random.uniform(0.6, 1.6) for name in FAMILIES}
+    has, strength = strengths(random, FAMILIES, count, {"by_direction": "dry"})
     sign, turn = random.choice([-1.0, 1.0]), random.uniform(-3.0, 3.0)
-
-    def strength(name: str, of_one: float) -> float:
-        return of_one * size[name] if name in has else 0.0
 
     weight, dry = strength("weight", 0.35), strength("dry", 0.12)
     numbers = [
@@ -62,7 +56,7 @@ def drawn(random: np.random.Generator, count: int) -> tuple[tuple[str, ...], np.
         1.0 - strength("weak", 0.2),
         strength("scale", 0.03) * sign,
     ]
-    return tuple(sorted(has)), np.array(numbers), strength("late", 0.03)
+    return has, np.array(numbers), strength("late", 0.03)
 
 
 @njit(cache=True)
@@ -98,10 +92,7 @@ def recorded(
 ) -> Recording:
     """A log of it."""
     t = np.arange(0.0, SECONDS, PERIOD_S)
-    command = np.zeros_like(t)
-    for hz, size in SINES_HZ_RAD:
-        rate, begins = 2.0 * np.pi * hz * random.uniform(0.9, 1.1), random.uniform(0.0, 2.0 * np.pi)
-        command += size * np.sin(rate * t + begins)
+    command = sines(random, t, SINES_HZ_RAD)
     for _ in range(STEPS):
         after = t > random.uniform(2.0, SECONDS - 2.0)
         command += np.where(after, random.uniform(-STEP_RAD, STEP_RAD), 0.0)
@@ -109,8 +100,7 @@ def recorded(
     command = np.round(command / step_rad) * step_rad
     position = _followed(command, round(late_s * SUBSTEPS / PERIOD_S), step_rad, numbers)
     columns = {"command": command, "position": position}
-    trial = (Span("trial", 0, len(t), True),)
-    return Recording(name, "", "servo", "", "", PERIOD_S, np.arange(len(t)), columns, trial)
+    return one_trial(name, "servo", PERIOD_S, columns)
 
 
 def made(random: np.random.Generator, count: int) -> Outsider:

@@ -39,7 +39,8 @@ def afresh(whole: Problem, best: Point, one: Tried, worth: float = np.inf) -> Po
     from the plant file's with the law at typical strength in each of its shapes, and the best one:
     back along the valley between an effect and what imitates it, many a fit gets stuck. A law that
     has a shape also from its first one: kept derivatives may have carried it far off. ``worth``:
-    chi-square above which none is of use; another start is where it leaves less than those before.
+    chi-square above which none is of use. A further start is given up where it promises to leave
+    hardly less than those before have.
     """
     effects = (*best.effects, one.effect)
     own = {key: best.values[key] for name in best.effects for key in whole.effects[name].knobs}

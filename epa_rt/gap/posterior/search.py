@@ -342,9 +342,9 @@ class Search:
         """Whether what a model leaves in these views may be worth an effect more. ``links``: those
         alone that it would show in; all where there are none.
         """
-        return self._hopeful(self._one_more_of(model, views, links))
+        return self._hopeful(self._with_one_more(model, views, links))
 
-    def _one_more_of(
+    def _with_one_more(
         self, model: Model, views: Sequence[str], links: Sequence[str] = (), left: float = 0.0
     ) -> float:
         """Log evidence of a model if an effect more left so much of its excess there."""
@@ -394,7 +394,7 @@ class Search:
         """
 
         def hope(share: float) -> float:
-            return self._hope(self._one_more_of(self._of(effects), views, left=1.0 - share))
+            return self._hope(self._with_one_more(self._of(effects), views, left=1.0 - share))
 
         if hope(0.0) > 0.0:
             return 0.0

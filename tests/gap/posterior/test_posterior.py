@@ -120,7 +120,7 @@ def test_from_the_least_share_on_one_effect_more_may_count():
     share = search._least_share((), (BLOCKS,)) * BEYOND_PROMISE
 
     def evidence(share: float) -> float:
-        return search._one_more_of(none, (BLOCKS,), left=1.0 - share)
+        return search._with_one_more(none, (BLOCKS,), left=1.0 - share)
 
     assert 0.0 < share < 1.0
     assert not search._hopeful(evidence(0.9 * share)) and search._hopeful(evidence(1.1 * share))

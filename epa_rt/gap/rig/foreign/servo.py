@@ -233,6 +233,15 @@ def _e(
     )
 
 
+def _close(
+    typical: float, ratio: float, below: int, above: int, digits: int
+) -> tuple[tuple[float], ...]:
+    """Starts of one number: a typical one, and so many below and above, each a ratio apart."""
+    return tuple(
+        (round(typical * ratio**i, digits),) for i in (0, *range(-below, 0), *range(1, above + 1))
+    )
+
+
 # of a servo that plans its motion: 0.6 to 200 rad/s^2, and no speed, or 5, 2 and 0.8 rad/s
 _PROFILES = (
     (0.05, 0.5),
@@ -242,11 +251,10 @@ _PROFILES = (
 # 0.3 to 17 rad/s by stroke and servo. A fit finds it from where it bites and from not far below
 # what it is, so that starts stand close over all of that; 5 rad/s, a hobby servo's, is the typical
 # one.
-_LIMITS = tuple((round(0.2 * 1.3**i, 3),) for i in (0, *range(-9, 0), *range(1, 12)))
-_IGNORED = tuple(
-    (round(0.01 * 1.25**i, 5),) for i in (0, *range(-4, 0), *range(1, 10))
-)  # jumps: a slope leads only a little way
-_BREAKS = tuple((round(0.1 * 1.25**i, 4),) for i in (0, *range(-7, 0), *range(1, 13)))  # as well
+_LIMITS = _close(0.2, 1.3, 9, 11, 3)
+# What a servo does at rest jumps with these: a slope leads only a little way.
+_IGNORED = _close(0.01, 1.25, 4, 9, 5)
+_BREAKS = _close(0.1, 1.25, 7, 12, 4)
 
 _EFFECTS = (
     _e(
