@@ -36,6 +36,12 @@ def test_blocks_cover_every_sample_once_and_folds_are_whole_trials(problem):
     assert problem.blocks == len(problem.fold_of_block)
 
 
+def test_a_law_without_a_finite_value_beside_a_number_leads_nowhere(problem, monkeypatch):
+    here = problem.residual({}, "gas")
+    monkeypatch.setattr(problem, "change", lambda *_: np.where(here > 0.0, np.nan, 1.0))
+    assert not problem.derivative({}, "gas.leak_ratio", "gas", here).any()
+
+
 def test_nominal_parameters_are_found_where_no_effect_hides_them(problem, base):
     assert base.values["drive.gain_a"] == pytest.approx(1.03, abs=2e-3)
 

@@ -252,16 +252,18 @@ class Problem:
         return size if at + size <= self.knobs[key].high else -size
 
     def derivative(self, values: Values, key: str, link: str, here: np.ndarray) -> np.ndarray:
-        """(n,) change of a link's residual per spread of a knob; nothing of one that cannot move.
-        Raises Stopped, and KeyError for an unknown knob.
+        """(n,) change of a link's residual per spread of a knob; nothing of one that cannot move,
+        or beside which its law has no finite value. Raises Stopped, and KeyError for an unknown
+        knob.
         """
         if self.knobs[key].low == self.knobs[key].high:
             return np.zeros_like(here)
         at = values.get(key, self.knobs[key].value)
         step = self.step(key, at)
-        return self.change({**values, key: at + step}, values, link, here) * (
-            self.spread(key) / step
-        )
+        moved = self.change({**values, key: at + step}, values, link, here)
+        if not np.isfinite(moved).all():
+            return np.zeros_like(here)
+        return moved * (self.spread(key) / step)
 
     def change(
         self, values: Values, at: Values, link: str, here: np.ndarray, far: bool = False
