@@ -176,7 +176,7 @@ class Search:
     ) -> tuple[str, ...] | None:
         """Two effects more at once beside those of a point, where one hides what the other does:
         either alone explains little, and no way leads there one by one. None where there is no
-        such pair that is ``worth`` its gain in screening, or it was fitted before.
+        such pair that is ``worth`` its gain in screening.
         """
         if len(point.effects) + 2 > MOST_EFFECTS:
             return None
@@ -184,14 +184,20 @@ class Search:
         pair = screening.hidden_pair(families, {families[name] for name in point.effects})
         if pair is None or not worth(pair.gain):
             return None
-        both = (pair.one, pair.other)
-        effects = (*point.effects, *(seen.effect for seen, _ in both))
-        if frozenset(effects) in self._found:
-            return None
-        values = dict(point.values)
-        for seen, amplitude in both:
+        both, values = [], dict(point.values)
+        for seen, amplitude in (pair.one, pair.other):
+            both.append(seen.effect)
             values |= scaled(problem, seen.effect, seen.start, amplitude)
-        return self._model(effects, settled(problem, effects, values).values, None).effects
+        effects = (*point.effects, *both)
+        together = settled(problem, effects, values).values
+        # one alone may have stopped short of where both lead it, and both if they came another way
+        led = [tuple(name for name in effects if name != without) for without in (*both, None)]
+        for some in led:
+            if frozenset(some) in self._found:
+                self._kept_if_better(self._of(some), problem.kept(together, some))
+        if frozenset(effects) not in self._found:
+            self._model(effects, together, None)
+        return self._of(effects).effects
 
     def _as_believed(self, fits: dict[str, Fit]) -> dict[str, Fit]:
         """The better of each fit and of one that begins with the plant file as it stands. Where the
@@ -208,14 +214,16 @@ class Search:
 
     def further(self, progress: Callable[[str, float], None]) -> None:
         """One effect more beside the best models of each size, while that may count. Beside the
-        best singles in any case: two effects together may be what each alone explains badly.
+        best singles, and block by block beside the best pair, in any case: together effects may be
+        what fewer explain badly.
         """
         for size in range(1, MOST_EFFECTS):
             progress(f"sets of {size + 1} effects", 0.2 + 0.6 * size / MOST_EFFECTS)
             beside = self._best(BEAM[size - 1], size)
             for rank, effects in enumerate(beside + (self._plainer(beside) if size == 1 else [])):
-                if size == 1 or self._hopeful(self._evidence(self._of(effects))):
-                    self._one_more(effects, WHOLE if rank == 0 else ())
+                hopeful = size == 1 or self._hopeful(self._evidence(self._of(effects)))
+                if hopeful or size == 2:
+                    self._one_more(effects, WHOLE if rank == 0 and hopeful else ())
         self._doubted()
         best = self._leading()
         for model in list(self._found.values()):

@@ -1,5 +1,6 @@
 """A joint that lacks two effects of which each hides the other: dry friction makes drag seem to
 fall with speed, and drag that grows with its square makes friction seem to rise towards standstill.
+And a servo of which no two of its three effects explain much.
 """
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.recording import Recording
+from scripts import outsider_servo
 from tests.gap.foreign.carriages import opened
 from tests.gap.foreign.made import one_trial
 
@@ -56,3 +58,11 @@ def test_friction_and_drag_that_hide_each_other_are_both_named(spring_nm_rad, tm
     assert min(one.confidence for one in found.effects) > 0.9, found.says
     assert found.fitted["friction.coulomb_nm"] == pytest.approx(LEVEL_NM, rel=0.1)
     assert found.fitted["friction.viscous_nm_s_rad"] == pytest.approx(DRAG_NM_S_RAD, abs=0.05)
+
+
+def test_three_effects_are_named_of_which_two_are_no_more_probable_than_none(tmp_path):
+    servo = outsider_servo.made(np.random.default_rng(26), 3)
+    found = diagnose(opened(tmp_path, servo.rig, servo.plant), servo.logs, how_far=False)
+    assert servo.has == ("constant", "dead", "weight")
+    assert {one.name for one in found.effects} == {"constant_load", "deadband", "gravity"}
+    assert min(one.confidence for one in found.effects) > 0.9, found.says
