@@ -356,6 +356,20 @@ class Problem:
             self._strength[effect] = fewest(zero) or (zero != moved and fewest(moved)) or one.knobs
         return self._strength[effect]
 
+    def typical(self, effect: str) -> dict[str, float]:
+        """Of each of its strengths how large a typical one is: that of its first start, or what the
+        plant file has of it where that is more.
+        """
+        one = self.effects[effect]
+        first = dict(zip(one.knobs, one.starts[0], strict=True))
+
+        def size(key: str) -> float:
+            knob = self.knobs[key]
+            absent = knob.value if knob.absent is None else knob.absent
+            return max(abs(first[key] - absent), abs(knob.value - absent)) or self.spread(key)
+
+        return {key: size(key) for key in self.strength(effect)}
+
     def each(self, function, items: Sequence) -> list:
         """``function`` of every item, in order, on both processors."""
         return each(function, items)

@@ -105,6 +105,19 @@ def strain(view: View) -> np.ndarray:
     return usual + _heavy_tailed(view.z[..., own] * known) + float(np.log(known).sum())
 
 
+def of_sizes(view: View) -> float:
+    """Log prior density of the sizes of effects of which nothing is known, up to a constant."""
+    return sum(of_size(size) for size in view.sizes.values())
+
+
+def of_size(size: float) -> float:
+    """Log prior density of an effect of so many typical strengths, 0 of one that does nothing: all
+    sizes up to a typical one alike, and from there on all decades alike (Jeffreys on scales). What
+    an effect does at thirty times a typical strength, another more often does at its own.
+    """
+    return -float(np.log1p(size))
+
+
 def usual_strain(view: View) -> float:
     """What ``strain`` is on average where the plant file is right, of nominal parameters alone."""
     count = int(view.nominal.sum())
@@ -156,6 +169,7 @@ def log_evidence(model: Model, prior: Prior, numbers: Numbers) -> float:
     """
     total = prior.log_odds(model.effects, numbers.effect_odds, numbers.further_odds)
     total += occam(model, numbers)
+    total += _mean_of_fits(model, of_sizes)
     return total + _strain_of(model) + of_views(model.views, numbers)
 
 
@@ -221,11 +235,12 @@ class Formula:
         back = (1.0 - left) * max(usual - _strain_of(model), 0.0)
         return self.evidence(model) + back + more - gained
 
-    def without(self, effects: Sequence[str], name: str) -> float:
-        """Log prior odds that a set has more without one of its effects."""
+    def without(self, model: Model, name: str) -> float:
+        """Log prior odds that a set has more without one of its effects, of the size it has."""
         odds = self.numbers.effect_odds, self.numbers.further_odds
-        rest = [other for other in effects if other != name]
-        return self.prior.log_odds(rest, *odds) - self.prior.log_odds(effects, *odds)
+        rest = [other for other in model.effects if other != name]
+        more = self.prior.log_odds(rest, *odds) - self.prior.log_odds(model.effects, *odds)
+        return more - _mean_of_fits(model, lambda view: of_size(view.sizes.get(name, 0.0)))
 
     def most(self, view: str, noise: float, loss: float) -> float:
         """Chi-square of a link of a view, of so much noise, that costs a loss of log evidence."""

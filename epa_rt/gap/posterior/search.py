@@ -79,7 +79,7 @@ class Scores(Protocol):
         distance from where the ``best`` model has them, or from where they usually are.
         """
 
-    def without(self, effects: Sequence[str], name: str) -> float:
+    def without(self, model: "Model", name: str) -> float:
         """Log evidence that it has more before any data without one of its effects."""
 
     def most(self, view: str, noise: float, loss: float) -> float:
@@ -277,7 +277,7 @@ class Search:
 
     def _may_with_less(self, model: Model) -> bool:
         """Whether a model may count that has one effect less and leaves no more."""
-        saved = max(self._scores.without(model.effects, name) for name in model.effects)
+        saved = max(self._scores.without(model, name) for name in model.effects)
         return self._hopeful(self._evidence(model) + max(saved, 0.0))
 
     def _without(self, model: Model, name: str) -> None:
@@ -460,7 +460,7 @@ class Search:
         better = before is None or (point is not None and point.normal.chi < before.normal.chi)
         if point is not None and self._ground is not None and better:
             self._points[key] = point
-            views[FREE_RUN] = free_run(self._ground, point.normal)
+            views[FREE_RUN] = free_run(self._ground, point)
             run = self._held_out.free_run(point.values) if self._held_out else None
             if run is not None:
                 views[HELD_OUT_FREE_RUN] = run

@@ -11,7 +11,7 @@ import numpy as np
 
 from epa_rt.gap.likelihood.as_one import LINK, AsOne, apart
 from epa_rt.gap.likelihood.ground import Ground
-from epa_rt.gap.likelihood.point import Normal, linearised
+from epa_rt.gap.likelihood.point import Normal, Point, linearised
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.reading_noise import ReadingNoise
 from epa_rt.gap.recording import Recording
@@ -56,7 +56,8 @@ class View:
     distance from the plant file, in spreads; ``nominal`` (k,): which are nominal parameters.
     ``runs``: from how many healthy runs their spreads are known; 0: the plant file says them.
     ``known`` (k,): of an effect's number, its spread over the standard deviation that is known of
-    it, by healthy runs or a calibration; 0 where nothing is.
+    it, by healthy runs or a calibration; 0 where nothing is. ``sizes``: effect to its size in
+    typical strengths, of those of which nothing is known.
     """
 
     links: Mapping[str, Seen]
@@ -65,6 +66,7 @@ class View:
     nominal: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     runs: int = 0
     known: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    sizes: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def excess(self) -> float:
@@ -126,14 +128,16 @@ def blocks(
         },
         *_numbers(normal),
         usual.runs if usual else 0,
-        _known(problem, normal),
+        *_of_effects(problem, effects, normal),
     )
 
 
-def free_run(ground: Ground, normal: Normal) -> View:
+def free_run(ground: Ground, point: Point) -> View:
     """The whole plant at a point fitted to it."""
+    normal = point.normal
     seen = Seen(ground.noise, float(normal.square.sum()), normal.matrix.sum(axis=(0, 1)))
-    return View({LINK: seen}, *_numbers(normal), known=_known(ground.whole, normal))
+    known, sizes = _of_effects(ground.whole, point.effects, normal)
+    return View({LINK: seen}, *_numbers(normal), known=known, sizes=sizes)
 
 
 def _loose(problem: Problem, link: str) -> bool:
@@ -153,6 +157,21 @@ def _known(problem: Problem, normal: Normal) -> np.ndarray:
         return float(problem.subject.usual is not None and key not in waves)
 
     return np.array([of(key) for key in normal.keys]) * (normal.prior == 0.0)
+
+
+def _of_effects(
+    problem: Problem, effects: Sequence[str], normal: Normal
+) -> tuple[np.ndarray, dict[str, float]]:
+    """What is known of the numbers of effects, and their sizes, as in ``View``."""
+    known = _known(problem, normal)
+    sizes: dict[str, float] = {}
+    for name in effects:
+        typical = problem.typical(name)
+        at = [i for i, key in enumerate(normal.keys) if key in typical]
+        if not known[at].any():
+            scales = [problem.spread(normal.keys[i]) / typical[normal.keys[i]] for i in at]
+            sizes[name] = float(np.linalg.norm(normal.z[at] * scales))
+    return known, sizes
 
 
 def _numbers(normal: Normal) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:

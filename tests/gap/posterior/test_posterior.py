@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.likelihood.reading_noise import ReadingNoise
 from epa_rt.gap.likelihood.refit import settled
+from epa_rt.gap.likelihood.screen import Pair, Signature
 from epa_rt.gap.likelihood.start import Start, at_base
 from epa_rt.gap.posterior.answer import table_for
 from epa_rt.gap.posterior.evidence import (
@@ -16,13 +18,14 @@ from epa_rt.gap.posterior.evidence import (
     TAILS,
     Formula,
     log_likelihood,
+    of_size,
     strain,
     usual_strain,
 )
 from epa_rt.gap.posterior.prior import Prior
 from epa_rt.gap.posterior.search import BEYOND_PROMISE, Model, Search, Table, chi_left
 from epa_rt.gap.posterior.unknown import inclusion, posterior
-from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, Seen, View
+from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, Seen, View, blocks
 from tests.gap import toy
 
 OFF = {"drive.gain_a": 1.02, "spring.stiffness_n_m": 915.0, "gas.flow_pa_s": 4.1e5}
@@ -46,6 +49,15 @@ def begun(values, numbers=START):
     families = {name: effect.family for name, effect in problem.effects.items()}
     search = Search(problem, base, left, None, None, Formula(Prior(families), numbers))
     return problem, base, search
+
+
+@pytest.fixture(scope="module")
+def short_problem():
+    """A problem of one short log, and the noise of its readings."""
+    problem, *_ = at_base(
+        toy.Toy(), [toy.recording("log", 10, OFF, seconds=4.0)], floors=toy.floors
+    )
+    return problem, ReadingNoise(problem, {})
 
 
 def test_spreads_from_few_runs_forbid_less_than_those_from_many():
@@ -83,6 +95,60 @@ def test_what_is_known_of_a_number_is_a_prior_and_no_fine(known):
     assert np.trapezoid(probable, z) == pytest.approx(np.trapezoid(density(1.0), z), rel=1e-4)
     # five stated deviations are improbable, and not impossible
     assert 1e-4 < np.interp(5.0 / known, z, probable) / np.interp(0.0, z, probable) < 0.02
+
+
+def test_beyond_a_typical_strength_every_decade_is_as_probable():
+    size = np.geomspace(1e-3, 1e5, 80_001)
+    mass = np.exp([of_size(one) for one in size]) * size  # over the logarithm of size
+
+    def of(low: float, high: float) -> float:
+        some = (size >= low) & (size <= high)
+        return float(np.trapezoid(mass[some], np.log(size[some])))
+
+    assert of(100.0, 1e3) == pytest.approx(of(1e3, 1e4), rel=0.01)
+    assert 0.5 * of(100.0, 1e3) < of(1.0, 10.0) < of(100.0, 1e3)
+    assert of(0.0, 0.1) < 0.1
+
+
+@given(
+    size=st.floats(0.01, 30.0),
+    effect=st.sampled_from(["motor_friction", "force_gain", "current_offset", "hardening"]),
+    sign=st.sampled_from([1.0, -1.0]),
+)
+def test_the_size_of_an_effect_is_in_typical_strengths(short_problem, size, effect, sign):
+    problem, noise = short_problem
+    ((key, typical),) = problem.typical(effect).items()
+    values = {key: problem.knobs[key].value + sign * size * typical}
+    view = blocks(problem, noise, (effect,), values)
+    assert view.sizes == {effect: pytest.approx(size)}
+
+
+@pytest.mark.parametrize(("stated_n", "typical_n"), [(0.0, 2.0), (1.99, 2.0), (8.0, 8.0)])
+def test_a_guess_of_the_plant_file_goes_wrong_by_a_typical_strength_or_its_own(
+    short_problem, monkeypatch, stated_n, typical_n
+):
+    problem, _ = short_problem
+    guessed = problem.knobs["spring.coulomb_n"]._replace(value=stated_n, absent=0.0)
+    monkeypatch.setattr(problem, "knobs", {**problem.knobs, "spring.coulomb_n": guessed})
+    assert problem.typical("coulomb") == {"spring.coulomb_n": typical_n}
+
+
+def test_what_an_effect_does_at_thirty_typical_strengths_another_more_often_does_at_its_own():
+    def model(effect: str, size: float) -> Model:
+        keys, z, own = (effect,), np.array([1.0]), np.array([False])
+        view = View({"a": Seen(100.0, 110.0, np.eye(1))}, keys, z, own, sizes={effect: size})
+        return Model((effect,), {BLOCKS: view}, {})
+
+    none = Model((), {BLOCKS: View({"a": Seen(100.0, 1e5)})}, {})
+    families = {"zero": "zero", "drift": "drift"}
+    table = Table((none, model("zero", 30.0), model("drift", 1.0)), Prior(families))
+    (best, share), (_, other), *_ = posterior(table, START).models
+    assert best.effects == ("drift",)
+    assert share / other == pytest.approx(31.0 / 2.0, rel=1e-6)
+    saved = Formula(table.prior, START).without
+    assert saved(model("zero", 30.0), "zero") - saved(model("zero", 0.0), "zero") == pytest.approx(
+        np.log(31.0)
+    )
 
 
 def test_a_rig_without_a_gap_has_most_probably_none():
@@ -137,6 +203,25 @@ def test_a_set_that_is_proposed_once_more_keeps_what_free_run_has_shown():
     better = search._found[frozenset(pair)]
     assert FREE_RUN in better.views
     assert chi_left(better) < chi_left(poor) and better.values != poor.values
+
+
+@pytest.mark.parametrize("before", [("valve_delay",), ("valve_delay", "motor_friction")])
+def test_a_pair_leads_those_that_stopped_short_to_its_own_optimum(before):
+    problem, base, search = begun({"drive.coulomb_a": 0.05, "gas.delay_s": 0.01})
+    stopped_short = search._model(before, base.values, None)
+
+    class Proposed:
+        def hidden_pair(self, families, on):
+            seen = [
+                Signature(name, dict(zip(effect.knobs, effect.starts[0], strict=True)), 1, 1, 1, 1)
+                for name, effect in problem.effects.items()
+                if name in ("motor_friction", "valve_delay")
+            ]
+            return Pair((seen[0], 0.3), (seen[1], 0.3), 1.0)
+
+    assert set(search._hidden_pair(problem, base, Proposed())) == {"motor_friction", "valve_delay"}
+    assert chi_left(search._of(before)) < chi_left(stopped_short)
+    assert search._of(before).values["gas.delay_s"] == pytest.approx(0.01, rel=0.05)
 
 
 @pytest.mark.parametrize(
