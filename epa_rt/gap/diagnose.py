@@ -58,6 +58,7 @@ UNSEEN = (
     (HELD_OUT_FREE_RUN, "on these in free run"),
 )
 WORTH_A_WORD = 0.2  # probability from which a law that is not named is said all the same
+EVEN = 0.5  # probability of no gap below which something is more probably missing than not
 MOSTLY = 0.5  # of the catalogue: where the logs could not show as much, no gap says nothing
 LITTLE_PERCENT = 0.01  # of a gap, below which nobody needs the figure
 
@@ -371,13 +372,8 @@ def _says(
     none = next((one.probability for one in could.models if not one.effects), 0.0)
     if verdict == "no_gap":
         shown = f"{of - len(silent)} of {of} effects would have shown at a typical strength."
-        law, share = _best_law(could)
-        if share > none:  # a wrong name costs more than none
-            told, nearest = f"These logs leave open whether there is a gap: {law} or none", ""
-        else:
-            told = f"The plant file, refitted, describes these logs{left}"
-            nearest = _nearest(could, "If there is a gap")
-        said = f"{told} ({none:.2f}); {shown}"
+        told, nearest = _without_gap(could, none, left)
+        said = f"{told}; {shown}"
         said = f"{said} {said_of_moved(went, gap=False)}" if went else said
         return f"{said}{nearest}"
     if verdict == "not_excited":
@@ -443,6 +439,23 @@ def _unnamed(could: Posterior) -> tuple[str, str]:
         )
     said = f"Something is missing that no law of the catalogue describes ({could.unknown:.2f})."
     return said, _nearest(could, "If a law describes it")
+
+
+def _without_gap(could: Posterior, none: float, left: str) -> tuple[str, str]:
+    """That there is no gap, and which law comes nearest. Where something is more probably missing
+    than not, that is left open: none is said all the same, as a wrong name costs more.
+    """
+    said = f"The plant file, refitted, describes these logs{left}"
+    if none >= EVEN:
+        return f"{said} ({none:.2f})", _nearest(could, "If there is a gap")
+    law, share = _best_law(could)
+    gaps = [law] if share >= WORTH_A_WORD else []
+    if could.unknown >= WORTH_A_WORD or not gaps:
+        gaps.append(f"one that no law of the catalogue describes ({could.unknown:.2f})")
+    return (
+        f"{said}. They leave open whether there is a gap: {', '.join(gaps)} or none ({none:.2f})",
+        "",
+    )
 
 
 def _nearest(could: Posterior, begins: str) -> str:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from epa_rt.gap.diagnose import _unnamed, diagnose
+from epa_rt.gap.diagnose import _unnamed, _without_gap, diagnose
 from epa_rt.gap.diagnosis import Could, Posterior
 from epa_rt.gap.likelihood.problem import Stopped
 from tests.gap import toy
@@ -95,6 +95,30 @@ def test_what_is_not_named_beside_a_law_that_is_more_probable_is_left_open(unkno
     said, nearest = _unnamed(could)
     assert ("leave open whether it is drive lag" in said) is open_whether
     assert bool(nearest) is not open_whether and f"({unknown:.2f})" in said
+
+
+@pytest.mark.parametrize(
+    ("none", "unknown", "gaps"),
+    [
+        (0.55, 0.1, None),
+        (0.4, 0.1, "drive lag (delay 0.50)"),
+        (0.4, 0.5, "one that no law of the catalogue describes (0.50)"),
+        (0.45, 0.25, "drive lag (delay 0.30), one that no law of the catalogue describes (0.25)"),
+    ],
+)
+def test_where_something_is_more_probably_missing_than_not_no_gap_is_left_open(none, unknown, gaps):
+    law = 1.0 - none - unknown
+    models = (Could((), none, 1.0), Could(("drive_lag",), law, 0.1))
+    could = Posterior(models, {"delay": law}, unknown, "blocks", "no_gap", {}, (), 1)
+    said, nearest = _without_gap(could, none, " to 1.4 times their noise in free run")
+    assert said.startswith(
+        "The plant file, refitted, describes these logs to 1.4 times their noise"
+    )
+    assert f"({none:.2f})" in said
+    assert ("leave open whether there is a gap" in said) is (gaps is not None)
+    assert bool(nearest) is (gaps is None)
+    if gaps:
+        assert f"whether there is a gap: {gaps} or none ({none:.2f})" in said
 
 
 def test_what_is_not_named_closes_nothing():
