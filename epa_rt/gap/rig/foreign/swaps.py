@@ -1,5 +1,5 @@
 """Two channels that an import may have exchanged, on rigs of others: the rig's own plant makes far
-more of them the other way round.
+more of them the other way round, and no effect that it lacks makes as much of them as they stand.
 """
 
 from collections.abc import Sequence
@@ -14,9 +14,10 @@ from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign.subject import ForeignSubject
+from epa_rt.models.effect import Effect
 
-# of what the plant leaves as they stand, and of all that the output varies by, is what it leaves of
-# two that were exchanged (0.01 and 0.02; of sound logs, with gaps, 6.8 times as much and more)
+# of what the plant leaves as they stand, with an effect or without, and of all that the output
+# varies by, is what it leaves of two that were exchanged (0.01 and 0.02)
 SWAPPED = 0.2
 SCALES = (
     1.0,
@@ -52,7 +53,11 @@ def _checked(recording: Recording, subject: ForeignSubject) -> list[Finding]:
     for one, other in combinations(names, 2):
         for scale in SCALES[: 1 if unit_of[one] == unit_of[other] else None]:
             turned, judged = _left(_exchanged(recording, one, other, scale), subject)
-            if turned < SWAPPED * min(as_is, 1.0) and judged > JUDGED * rows:
+            if (
+                judged > JUDGED * rows
+                and turned < SWAPPED * min(as_is, 1.0)
+                and turned < SWAPPED * _left_with_an_effect(recording, subject)
+            ):
                 return [
                     Finding(
                         "refuse",
@@ -89,9 +94,16 @@ def _percent(part: float) -> str:
     return f"{100.0 * part:.3g} %"
 
 
-def _left(recording: Recording, subject: ForeignSubject) -> tuple[float, int]:
-    """Part of the outputs' variance that the plant leaves, its nominal parameters fitted, the
-    largest of all links; and rows that were judged.
+def _left_with_an_effect(recording: Recording, subject: ForeignSubject) -> float:
+    """Part of the outputs' variance that the plant leaves with the effect that leaves least."""
+    return min((_left(recording, subject, one)[0] for one in subject.catalogue), default=np.inf)
+
+
+def _left(
+    recording: Recording, subject: ForeignSubject, effect: Effect | None = None
+) -> tuple[float, int]:
+    """Part of the outputs' variance that the plant leaves, its nominal parameters fitted and those
+    of an effect, the largest of all links; and rows that were judged.
     """
     sizes = {link.name: float(np.nanstd(recording.columns[link.channel])) for link in subject.links}
     with np.errstate(all="ignore"):
@@ -104,7 +116,10 @@ def _left(recording: Recording, subject: ForeignSubject) -> tuple[float, int]:
                 if size > 0.0
             },
         )
-        residual = [left for left in settled(problem, rounds=ROUNDS).residual.values() if len(left)]
+        effects = (effect.name,) if effect else ()
+        begun = dict(zip(effect.knobs, effect.starts[0], strict=True)) if effect else {}
+        fit = settled(problem, effects, begun, rounds=ROUNDS)
+        residual = [left for left in fit.residual.values() if len(left)]
     parts = [
         float(np.var(left)) for left in residual
     ]  # a mean is an offset's, whatever else is wrong
