@@ -250,7 +250,7 @@ class Search:
 
     def _doubted(self) -> None:
         """The best set of each size, once more without each of its effects, and where it may count
-        with another in its place, and with a plainer law for it, until they stay the best.
+        with another in its place, and with another law for it, until they stay the best.
         """
         done: set[frozenset[str]] = set()
         while True:
@@ -263,8 +263,8 @@ class Search:
                 self._without(best, name)
             for name in best.effects if counts else ():  # which may have stood for another
                 self._exchanged(best, name)
-            for name in best.effects if counts else ():  # what it says in fewer numbers
-                self._simplified(best, name)
+            for name in best.effects if counts else ():  # what it says by another law
+                self._in_other_laws(best, name)
 
     def _sets(self) -> list[Model]:
         """The best model of each size from two on that was fitted in all views and may count, or
@@ -311,15 +311,16 @@ class Search:
         if frozenset(rest) not in self._asked:
             self._one_more(rest, (), self._problem.kept(model.values, rest))
 
-    def _simplified(self, model: Model, name: str) -> None:
-        """Sets with a law of its family and fewer numbers in the place of one, fitted from where
-        the set stands: on its own way such a law may have come to another valley.
+    def _in_other_laws(self, model: Model, name: str) -> None:
+        """Sets with a law of its family and no more numbers in the place of one, fitted from where
+        the set stands: on its own way such a law may have come to another valley, and an effect
+        more of the set may have stood for the difference.
         """
         one = self._problem.effects[name]
         rest = tuple(other for other in model.effects if other != name)
         kept = self._problem.kept(model.values, rest)
         for law in self._problem.effects.values():
-            if law.family != one.family or len(law.knobs) >= len(one.knobs):
+            if law.family != one.family or len(law.knobs) > len(one.knobs) or law.name == name:
                 continue
             effects = (*rest, law.name)
             fits = [
