@@ -58,7 +58,6 @@ UNSEEN = (
     (HELD_OUT_FREE_RUN, "on these in free run"),
 )
 WORTH_A_WORD = 0.2  # probability from which a law that is not named is said all the same
-EVEN = 0.5  # probability of no gap below which something is more probably missing than not
 MOSTLY = 0.5  # of the catalogue: where the logs could not show as much, no gap says nothing
 LITTLE_PERCENT = 0.01  # of a gap, below which nobody needs the figure
 
@@ -369,10 +368,9 @@ def _says(
 ) -> str:
     """The answer in one or two sentences."""
     of = len(start.problem.effects)
-    none = next((one.probability for one in could.models if not one.effects), 0.0)
     if verdict == "no_gap":
         shown = f"{of - len(silent)} of {of} effects would have shown at a typical strength."
-        told, nearest = _without_gap(could, none, left)
+        told, nearest = _without_gap(could, left)
         said = f"{told}; {shown}"
         said = f"{said} {said_of_moved(went, gap=False)}" if went else said
         return f"{said}{nearest}"
@@ -427,11 +425,9 @@ def _besides(could: Posterior, names: Sequence[Named], start: Start) -> str:
 
 
 def _unnamed(could: Posterior) -> tuple[str, str]:
-    """That nothing is named, and which law comes nearest. One that is more probable than that none
-    describes it is no surer a name for that: a wrong one costs more than none.
-    """
-    law, share = _best_law(could)
-    if share > could.unknown:
+    """That nothing is named, and which law comes nearest, or that it is left open."""
+    if could.leaves_open:
+        law, _ = _best_law(could)
         return (
             f"Something is missing, and these logs leave open whether it is {law} or no law of the"
             f" catalogue ({could.unknown:.2f}).",
@@ -441,12 +437,10 @@ def _unnamed(could: Posterior) -> tuple[str, str]:
     return said, _nearest(could, "If a law describes it")
 
 
-def _without_gap(could: Posterior, none: float, left: str) -> tuple[str, str]:
-    """That there is no gap, and which law comes nearest. Where something is more probably missing
-    than not, that is left open: none is said all the same, as a wrong name costs more.
-    """
-    said = f"The plant file, refitted, describes these logs{left}"
-    if none >= EVEN:
+def _without_gap(could: Posterior, left: str) -> tuple[str, str]:
+    """That there is no gap, and which law comes nearest, or that it is left open."""
+    said, none = f"The plant file, refitted, describes these logs{left}", could.none
+    if not could.leaves_open:
         return f"{said} ({none:.2f})", _nearest(could, "If there is a gap")
     law, share = _best_law(could)
     gaps = [law] if share >= WORTH_A_WORD else []

@@ -194,6 +194,7 @@ class Could:
     left_share: float | None
 
 
+EVEN = 0.5  # probability of no gap below which something is more probably missing than not
 PosteriorVerdict = Literal[
     "no_gap", "explained", "partly_explained", "not_separable", "not_in_catalogue"
 ]
@@ -221,6 +222,21 @@ class Posterior:
     instead: tuple[tuple[str, ...], ...]
     calibrated_on: int
     recordings: int = 0
+
+    @property
+    def none(self) -> float:
+        """Probability that nothing is missing."""
+        return next((one.probability for one in self.models if not one.effects), 0.0)
+
+    @property
+    def leaves_open(self) -> bool:
+        """Whether nothing is named although that is not what is most probable: a wrong name costs
+        more than none. Something is more probably missing than not, or a family's law than none.
+        """
+        if self.verdict == "no_gap":
+            return self.none < EVEN
+        best = next(iter(self.families.values()), 0.0)
+        return self.verdict == "not_in_catalogue" and best > self.unknown
 
 
 @dataclass(frozen=True)

@@ -110,7 +110,7 @@ def test_where_something_is_more_probably_missing_than_not_no_gap_is_left_open(n
     law = 1.0 - none - unknown
     models = (Could((), none, 1.0), Could(("drive_lag",), law, 0.1))
     could = Posterior(models, {"delay": law}, unknown, "blocks", "no_gap", {}, (), 1)
-    said, nearest = _without_gap(could, none, " to 1.4 times their noise in free run")
+    said, nearest = _without_gap(could, " to 1.4 times their noise in free run")
     assert said.startswith(
         "The plant file, refitted, describes these logs to 1.4 times their noise"
     )

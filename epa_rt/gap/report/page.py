@@ -17,7 +17,7 @@ from epa_rt.gap.report.map import gap_map
 from epa_rt.gap.report.origin import origins
 from epa_rt.gap.report.rest import found_first, inputs, next_experiment, remainder
 from epa_rt.gap.report.traces import Trace
-from epa_rt.gap.report.words import GOOD, VERDICTS
+from epa_rt.gap.report.words import GOOD, left_open, verdict_words
 from epa_rt.report.markup import Html, facts, join, tag
 
 
@@ -39,13 +39,13 @@ def gap_page(diagnosis: Diagnosis, curves: Sequence[Trace] = ()) -> str:
         ("untested", "What was not tested", not_tested(diagnosis)),
         ("inputs", "What this stands on", inputs(diagnosis)),
     ]
-    return framed(
-        f"Sim-to-real gap: {VERDICTS[diagnosis.verdict][0].lower()}", _header(diagnosis), sections
-    )
+    word, _ = verdict_words(diagnosis)
+    return framed(f"Sim-to-real gap: {word.lower()}", _header(diagnosis), sections)
 
 
 def _header(diagnosis: Diagnosis) -> Html:
-    word, meaning = VERDICTS[diagnosis.verdict]
+    word, meaning = verdict_words(diagnosis)
+    good = diagnosis.verdict in GOOD and not left_open(diagnosis)
     rig, plant = (diagnosis.inputs.get(key) for key in ("rig", "plant"))
     told = (
         f"Diagnosis of the gap between {rig} and {plant}"
@@ -59,16 +59,7 @@ def _header(diagnosis: Diagnosis) -> Html:
             tag("h1", diagnosis.says),
             tag(
                 "p",
-                join(
-                    [
-                        tag(
-                            "span",
-                            word,
-                            class_=f"badge {'good' if diagnosis.verdict in GOOD else 'open'}",
-                        ),
-                        meaning,
-                    ]
-                ),
+                join([tag("span", word, class_=f"badge {'good' if good else 'open'}"), meaning]),
             ),
             facts(
                 [

@@ -19,7 +19,6 @@ from epa_rt.gap.report.origin import origin_words
 from epa_rt.gap.report.words import (
     MODES,
     PROBABILITY,
-    VERDICTS,
     WHO,
     before_words,
     by_log_words,
@@ -39,6 +38,7 @@ from epa_rt.gap.report.words import (
     sigmas,
     size,
     times,
+    verdict_words,
 )
 
 MOST_PLACES, MOST_NOT_TESTED = 8, 12
@@ -54,7 +54,8 @@ def console() -> Console:
 def show(diagnosis: Diagnosis, out: Console) -> None:
     """Everything that an operator needs to read before opening the page."""
     show_found(diagnosis.found_first, out)
-    out.print(f"{VERDICTS[diagnosis.verdict][0].upper()}: {diagnosis.says}", style="bold")
+    word, _ = verdict_words(diagnosis)
+    out.print(f"{word.upper()}: {diagnosis.says}", style="bold")
     if words := ends_words(diagnosis):
         out.print(f"{words}.", style="bold yellow")
     if diagnosis.effects:

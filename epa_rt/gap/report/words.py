@@ -32,6 +32,13 @@ VERDICTS = {
     "not_excited": ("Not excited", "These logs could not have shown most of the effects."),
     "not_separable": ("Not separable", "Several effects explain these logs equally well."),
 }
+LEFT_OPEN = {
+    "no_gap": ("Left open", "These logs do not tell whether there is a gap."),
+    "not_in_catalogue": (
+        "Left open",
+        "There is a gap, and these logs do not tell whether a law of the catalogue explains it.",
+    ),
+}
 GOOD = ("no_gap", "explained")
 MODES = {"teacher_forced": "block by block", "free_run": "free run"}
 BASELINES = {
@@ -58,6 +65,19 @@ _SMALL = {
     "m": (1e-5, 1e6, "µm"),
 }  # below: in this smaller unit
 _SHOWN = Shown()
+
+
+def verdict_words(diagnosis: Diagnosis) -> tuple[str, str]:
+    """The answer in a word or two, and what it means."""
+    return (LEFT_OPEN if left_open(diagnosis) else VERDICTS)[diagnosis.verdict]
+
+
+def left_open(diagnosis: Diagnosis) -> bool:
+    """As ``Posterior.leaves_open``, where the answer is the posterior's."""
+    could = diagnosis.posterior
+    return could is not None and could.verdict == diagnosis.verdict and could.leaves_open
+
+
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)+")
 
 

@@ -8,7 +8,7 @@ from html import unescape
 import numpy as np
 import pytest
 
-from epa_rt.gap.diagnosis import Diagnosis
+from epa_rt.gap.diagnosis import Could, Diagnosis, Posterior
 from epa_rt.gap.report.curves import path, ticks
 from epa_rt.gap.report.gate import gate_line
 from epa_rt.gap.report.head_words import next_words
@@ -29,6 +29,28 @@ def test_every_verdict_gives_a_whole_page(which):
     page = Page(gap_page(ANSWERS[which], curves()))
     assert not page.open and list(page.sections)[1:4] == ["where", "seen", "which"]
     assert ANSWERS[which].says in gap_page(ANSWERS[which])
+
+
+@pytest.mark.parametrize(
+    ("verdict", "none", "law", "word"),
+    [
+        ("no_gap", 0.6, 0.2, "No gap"),
+        ("no_gap", 0.4, 0.5, "Left open"),
+        ("not_in_catalogue", 0.05, 0.25, "Not in the catalogue"),
+        ("not_in_catalogue", 0.05, 0.6, "Left open"),
+    ],
+)
+def test_what_the_logs_leave_open_is_not_headed_by_an_answer(verdict, none, law, word):
+    models = (Could((), none, 1.0), Could(("leak",), law, 0.1))
+    could = Posterior(models, {"leak": law}, 1 - none - law, "blocks", verdict, {}, (), 1)
+    said = replace(EXPLAINED, verdict=verdict, effects=(), posterior=could)
+    page, out = gap_page(said), console()
+    assert f"Sim-to-real gap: {word.lower()}" in page
+    looks = "good" if word == "No gap" else "open"
+    assert f'<span class="badge {looks}">{word}</span>' in page
+    with out.capture() as shown:
+        show(said, out)
+    assert f"{word.upper()}: " in shown.get()
 
 
 def test_the_page_needs_no_network_and_runs_no_script():
