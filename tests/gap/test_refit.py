@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from epa_rt.gap.answer.named import moved
+from epa_rt.gap.diagnosis import Number
 from epa_rt.gap.held_out.aside import split
 from epa_rt.gap.likelihood.intervals import intervals
+from epa_rt.gap.likelihood.point import linearised
 from epa_rt.gap.likelihood.problem import FOLDS, Problem
 from epa_rt.gap.likelihood.refit import refit, settled
 from epa_rt.gap.likelihood.screen import amplitudes, scaled, screen
@@ -40,6 +43,16 @@ def test_a_law_without_a_finite_value_beside_a_number_leads_nowhere(problem, mon
     here = problem.residual({}, "gas")
     monkeypatch.setattr(problem, "change", lambda *_: np.where(here > 0.0, np.nan, 1.0))
     assert not problem.derivative({}, "gas.leak_ratio", "gas", here).any()
+
+
+@pytest.mark.parametrize(("half_n_m", "went"), [(200.0, True), (900.0, False)])
+def test_a_nominal_parameter_that_the_logs_do_not_know_is_not_said_to_be_wrong(
+    problem, half_n_m, went
+):
+    key = "spring.stiffness_n_m"  # 900 in the plant file
+    normal = linearised(problem, (), {key: 180.0}).normal
+    one = Number(key, 180.0, "N/m", 180.0 - half_n_m, 180.0 + half_n_m, 900.0)
+    assert bool(moved(problem, normal, [one])) is went
 
 
 def test_nominal_parameters_are_found_where_no_effect_hides_them(problem, base):

@@ -74,13 +74,15 @@ def nominal(problem: Problem, normal: Normal, off: np.ndarray | None) -> tuple[N
 
 def moved(problem: Problem, normal: Normal, fitted: Sequence[Number]) -> tuple[Number, ...]:
     """Of nominal parameters as ``fitted`` those that went further from the plant file than anybody
-    believed they could, in differences or in ratios: a half is as far off as twice as much.
+    believed they could, in differences or in ratios: a half is as far off as twice as much. One
+    whose interval holds what the plant file says went there for want of a reason to stay.
     """
     z_of = dict(zip(normal.keys, normal.z, strict=True))
     return tuple(
         one
         for one in fitted
         if max(abs(z_of[one.name]), _in_ratio(problem, one.name, z_of[one.name])) > MOVED
+        and not one.low <= one.neutral <= one.high
     )
 
 
