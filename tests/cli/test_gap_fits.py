@@ -86,9 +86,11 @@ def test_a_column_that_the_rig_of_others_names_and_the_log_lacks(tmp_path, capsy
         == 0
     )
     capsys.readouterr()
-    assert "a.mcap: found no column motor_force_n, expected what " in refused(
+    said = refused(
         capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", tmp_path / "a.mcap"
     )
+    assert "a.mcap: found no column motor_force_n, expected what " in said
+    assert "most like it are " in said and "carriage_position_m" in said
 
 
 def imported_carriage(tmp_path, scale: str, rows: int = -1, rate: str = "500 Hz"):

@@ -1,6 +1,7 @@
 """What belongs together: logs to a rig of others, and no output on top of an input."""
 
 from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
 # by which a log's rate may be beside a multiple of the residuals': its trials would be looked for
 # elsewhere
 CLOCKS = 0.01
+LIKE = 3  # columns that are told where one is not there
 
 
 def check_columns(subject, rig_file: Path, recordings: "Sequence[Recording]") -> None:
@@ -40,9 +42,10 @@ def check_columns(subject, rig_file: Path, recordings: "Sequence[Recording]") ->
             )
         missing = sorted(needed - recording.columns.keys())
         if missing:
+            alike = get_close_matches(missing[0], recording.columns, LIKE, cutoff=0.0)
             raise VerbError(
                 f"{recording.path}: found no column {', '.join(missing)}, expected what {rig_file}"
-                " names under channels"
+                f" names under channels; most like it are {', '.join(alike)}"
             )
 
 

@@ -71,6 +71,12 @@ def test_a_rig_file_that_does_not_fit(tmp_path, text, by, found, expected):
         ("viscous: 410 N*s/m", "viscous: -1 N*s/m", "-1", "0 to"),
         ("carriage: {inertia: 95.2 kg}\n", "", "nothing", "the key 'inertia'"),
         ("kind: carriage", "kind: chamber", "'chamber'", "carriage"),
+        (
+            "kind: carriage\ncarriage: {inertia",
+            "kind: shaft\nshaft: {inertia",
+            "'shaft'",
+            "as the rig",
+        ),
         ("plant: emps", "plant: emps\neffects: {sticktion: {}}", "'sticktion'", "one of"),
         (
             "plant: emps",

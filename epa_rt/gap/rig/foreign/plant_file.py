@@ -71,6 +71,10 @@ def read_plant(source: Located, rig: ForeignRig) -> ForeignPlant:
     parameters = [sized(parameter, rig.settings) for parameter in component.parameters]
     nominal = [p for p in parameters if p.effect is None]
     blocks = list(dict.fromkeys(p.block for p in nominal))
+    if data.get("kind") != component.kind:
+        raise source.error(
+            ("kind",), repr(data.get("kind")), f"{component.kind}, as the rig '{rig.name}' is"
+        )
     for key in data:
         if key not in ("plant", "kind", "effects", *blocks):
             raise source.error(
@@ -78,10 +82,6 @@ def read_plant(source: Located, rig: ForeignRig) -> ForeignPlant:
             )
     if not isinstance(data.get("plant"), str):
         raise source.error(("plant",), repr(data.get("plant")), "the plant's name")
-    if data.get("kind") != component.kind:
-        raise source.error(
-            ("kind",), repr(data.get("kind")), f"{component.kind}, as the rig '{rig.name}' is"
-        )
     numbers = {p.key: p.neutral for p in parameters if p.neutral is not None}
     for block in blocks:
         rows = [p for p in nominal if p.block == block]
