@@ -1,17 +1,22 @@
-"""The name that was probably meant, where one is not there."""
+"""Names that were probably meant, where one is not there."""
 
 import difflib
 from collections.abc import Iterable
 from pathlib import Path
 
 CLOSE = 0.6  # ratio of difflib: one slip in five letters, and what argparse itself uses
+_MOST_ALIKE = 3  # names that a person reads at a glance
 _MOST_NAMES = 2000  # of a folder that are looked at
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name most like another; None where none is close."""
-    found = difflib.get_close_matches(name, sorted(known), n=1, cutoff=CLOSE)
-    return found[0] if found else None
+    return next(iter(most_like(name, known)), None)
+
+
+def most_like(name: str, known: Iterable[str], close: float = CLOSE) -> list[str]:
+    """A few known names like another, the most like first; none below ``close``, 0 to 1."""
+    return difflib.get_close_matches(name, sorted(known), n=_MOST_ALIKE, cutoff=close)
 
 
 def did_you_mean(path: Path) -> str:

@@ -194,7 +194,6 @@ class Could:
     left_share: float | None
 
 
-EVEN = 0.5  # probability of no gap below which something is more probably missing than not
 PosteriorVerdict = Literal[
     "no_gap", "explained", "partly_explained", "not_separable", "not_in_catalogue"
 ]
@@ -234,7 +233,7 @@ class Posterior:
         more than none. Something is more probably missing than not, or a family's law than none.
         """
         if self.verdict == "no_gap":
-            return self.none < EVEN
+            return self.none < 1.0 - self.none
         best = next(iter(self.families.values()), 0.0)
         return self.verdict == "not_in_catalogue" and best > self.unknown
 

@@ -14,7 +14,6 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,6 +33,7 @@ from epa_rt.cli.inputs import EXPERIMENT
 from epa_rt.cli.outputs import add_html_argument, add_json_argument, add_old_spelling
 from epa_rt.cli.progress import progress_shown
 from epa_rt.cli.write import check_own, check_writable, write_whole
+from epa_rt.config.near_names import most_like
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -231,7 +231,7 @@ def _known(names: Sequence[str], given: Opened) -> None:
     known = [effect.name for effect in given.subject.catalogue]
     for name in names:
         if name not in known:
-            near = get_close_matches(name, known, 3) or known
+            near = most_like(name, known) or known
             raise VerbError(
                 f"--leave-out: found '{name}', expected an effect of this rig's catalogue"
                 f" ({', '.join(near)}; all: {catalogue_command(given.subject, given.rig)})"

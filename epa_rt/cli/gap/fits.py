@@ -1,11 +1,11 @@
 """What belongs together: logs to a rig of others, and no output on top of an input."""
 
 from collections.abc import Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import VerbError
+from epa_rt.config.near_names import most_like
 
 if TYPE_CHECKING:
     from epa_rt.gap.recording import Recording
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 # by which a log's rate may be beside a multiple of the residuals': its trials would be looked for
 # elsewhere
 CLOCKS = 0.01
-LIKE = 3  # columns that are told where one is not there
 
 
 def check_columns(subject, rig_file: Path, recordings: "Sequence[Recording]") -> None:
@@ -42,7 +41,7 @@ def check_columns(subject, rig_file: Path, recordings: "Sequence[Recording]") ->
             )
         missing = sorted(needed - recording.columns.keys())
         if missing:
-            alike = get_close_matches(missing[0], recording.columns, LIKE, cutoff=0.0)
+            alike = most_like(missing[0], recording.columns, close=0.0)
             raise VerbError(
                 f"{recording.path}: found no column {', '.join(missing)}, expected what {rig_file}"
                 f" names under channels; most like it are {', '.join(alike)}"

@@ -190,13 +190,11 @@ class Search:
             values |= scaled(problem, seen.effect, seen.start, amplitude)
         effects = (*point.effects, *both)
         together = settled(problem, effects, values).values
-        # one alone may have stopped short of where both lead it, and both if they came another way
-        led = [tuple(name for name in effects if name != without) for without in (*both, None)]
-        for some in led:
-            if frozenset(some) in self._found:
-                self._kept_if_better(self._of(some), problem.kept(together, some))
-        if frozenset(effects) not in self._found:
-            self._model(effects, together, None)
+        for without in both:  # one alone may have stopped short of where both lead it
+            rest = tuple(name for name in effects if name != without)
+            if frozenset(rest) in self._found:
+                self._at_these(rest, problem.kept(together, rest))
+        self._at_these(effects, together)
         return self._of(effects).effects
 
     def _as_believed(self, fits: dict[str, Fit]) -> dict[str, Fit]:
@@ -293,15 +291,17 @@ class Search:
         self._taken(rest, min(points, key=lambda point: point.normal.chi).values)
 
     def _taken(self, effects: tuple[str, ...], values: Values) -> None:
-        """A model block by block at these values, where it was at none or at worse ones; then in
-        free run.
-        """
+        """A model block by block at these values, and then in free run."""
+        self._at_these(effects, values)
+        self._in_free_run(effects)
+
+    def _at_these(self, effects: tuple[str, ...], values: Values) -> None:
+        """A model block by block at these values, where it was at none or at worse ones."""
         known = self._found.get(frozenset(effects))
         if known is None:
             self._model(effects, values, None)
         else:
             self._kept_if_better(known, values)
-        self._in_free_run(effects)
 
     def _exchanged(self, model: Model, name: str) -> None:
         """Sets with another effect in the place of one, where the others stand: alone they may have

@@ -50,27 +50,29 @@ def _checked(recording: Recording, subject: ForeignSubject) -> list[Finding]:
         name for name in unit_of if name in recording.columns and _varies(recording.columns[name])
     ]
     as_is, rows = _left(recording, subject) if len(names) > 1 else (0.0, 0)
+    suspect = []
     for one, other in combinations(names, 2):
         for scale in SCALES[: 1 if unit_of[one] == unit_of[other] else None]:
             turned, judged = _left(_exchanged(recording, one, other, scale), subject)
-            if (
-                judged > JUDGED * rows
-                and turned < SWAPPED * min(as_is, 1.0)
-                and turned < SWAPPED * _left_with_an_effect(recording, subject)
-            ):
-                return [
-                    Finding(
-                        "refuse",
-                        "swapped",
-                        recording.name,
-                        one,
-                        f"{recording.name}: {one}: found the plant to leave {_percent(as_is)} of"
-                        f" its output's variance with it and {other} as they stand and"
-                        f" {_percent(turned)} with the two exchanged, expected it the other way"
-                        " round: the import's mapping may have exchanged them",
-                    )
-                ]
-    return []
+            if turned < SWAPPED * min(as_is, 1.0) and judged > JUDGED * rows:
+                suspect.append((one, other, turned))
+    if not suspect:
+        return []
+    least = SWAPPED * _left_with_an_effect(recording, subject)
+    return [
+        Finding(
+            "refuse",
+            "swapped",
+            recording.name,
+            one,
+            f"{recording.name}: {one}: found the plant to leave {_percent(as_is)} of its output's"
+            f" variance with it and {other} as they stand and {_percent(turned)} with the two"
+            " exchanged, expected it the other way round: the import's mapping may have exchanged"
+            " them",
+        )
+        for one, other, turned in suspect
+        if turned < least
+    ][:1]
 
 
 def _varies(values: np.ndarray) -> bool:
