@@ -13,7 +13,7 @@ from epa_rt.gap.rig.foreign.chamber_laws import rate_pa_s
 from epa_rt.gap.rig.foreign.law import kept, motion
 from epa_rt.gap.rig.foreign.operators import carried, dahl, lugre, swung
 from epa_rt.gap.rig.foreign.repeats import lap_differences, lap_samples
-from epa_rt.gap.rig.foreign.signals import lowpass, shifted
+from epa_rt.gap.rig.foreign.signals import lagged, lowpass, shifted
 from tests.gap.foreign.made import blank, one_trial, subject_of
 
 
@@ -308,3 +308,19 @@ def test_the_low_pass_is_scipy_s_forth_and_back_to_the_bit(rows, hertz, seed):
     sections = signal.butter(LOWPASS_ORDER, hertz / 50.0, output="sos")
     made = lowpass(values, 100.0, hertz)
     assert np.array_equal(made, signal.sosfiltfilt(sections, values))
+
+
+@given(st.floats(0.05, 40.0), st.floats(-3.0, 3.0), st.floats(-0.5, 0.5))
+def test_a_lag_is_exact_on_a_line_and_begins_settled(lag_samples, level, rise):
+    still = np.full(50, level)
+    assert lagged(still, lag_samples) == pytest.approx(still)
+    line = level + rise * np.arange(30.0 * lag_samples + 10.0)
+    assert lagged(line, lag_samples)[-1] == pytest.approx(line[-1] - rise * lag_samples, abs=1e-6)
+
+
+@given(st.floats(1.0, 20.0), st.floats(0.001, 0.02))
+def test_a_lag_is_undone_by_its_slope(lag_samples, cycles_per_sample):
+    asked = np.sin(2.0 * np.pi * cycles_per_sample * np.arange(1200.0))
+    behind = lagged(asked, lag_samples)
+    again = behind + lag_samples * np.gradient(behind)
+    assert again[600:-1] == pytest.approx(asked[600:-1], abs=0.02)

@@ -43,11 +43,14 @@ def swing(
     breakaway_nm: float = 0.0,
     wave_nm: float = 0.0,
     spot_nm: float = 0.0,
+    lag_s: float = 0.0,
+    step_rad: float = 0.0,
 ) -> Recording:
     """``hangs_rad``: where the arm would come to rest; ``breakaway_nm``: what dry friction rises by
     towards standstill, over 0.15 rad/s; ``wave_nm``: by which it swings, once to a turn;
     ``spot_nm``: what it has more about 0.35 rad, a raised cosine that is half as high 0.1 rad away;
-    ``late_rows``: after which a torque acts.
+    ``late_rows``: after which a torque acts; ``lag_s``: by which it follows what was asked;
+    ``step_rad``: of the encoder.
     """
     random, t = np.random.default_rng(seed), np.arange(0.0, 16.0, PERIOD_S)
     wanted = 0.7 * np.sin(2 * np.pi * 0.31 * t) + 0.3 * np.sin(2 * np.pi * 0.83 * t + seed)
@@ -58,18 +61,17 @@ def swing(
         PERIOD_S / SUBSTEPS,
         [0.0] * (late_rows + 1),
     )
+    drive = 0.0
     for k, (place, rate) in enumerate(zip(wanted.tolist(), speed.tolist(), strict=True)):
-        angle[k] = q + random.normal(0.0, noise_rad)
+        read = q + random.normal(0.0, noise_rad)
+        angle[k] = round(read / step_rad) * step_rad if step_rad else read
         held = 30.0 * (place - q) + 2.0 * (rate - v)
         torque[k] = held + random.normal(0.0, 5e-3)
         sent.append(held)
         for _ in range(SUBSTEPS):
-            free = (
-                v
-                + step
-                * (sent[-1 - late_rows] - DRAG * v - weight_nm * math.sin(q - hangs_rad))
-                / INERTIA
-            )
+            asked = sent[-1 - late_rows]
+            drive = drive + (asked - drive) * step / lag_s if lag_s else asked
+            free = v + step * (drive - DRAG * v - weight_nm * math.sin(q - hangs_rad)) / INERTIA
             off = min(abs(q - 0.35), 0.2) / 0.2
             dry_nm = coulomb_nm + breakaway_nm * math.exp(-((v / 0.15) ** 2))
             dry_nm += wave_nm * math.sin(q + 0.4) + 0.5 * spot_nm * (1.0 + math.cos(math.pi * off))
@@ -152,6 +154,16 @@ def test_a_torque_that_is_logged_a_row_before_it_is_sent_and_then_held_is_no_gap
     )
     assert found.verdict == "no_gap", found.says
     assert found.refitted["clock.row_ratio"] == pytest.approx(1.5, abs=0.15)
+
+
+def test_a_drive_that_lags_is_named_behind_a_coarse_encoder(tmp_path):
+    """Asked back through the lag, the encoder's noise is five times as loud at the low-pass."""
+    logs = [swing(seed, 0.15, 0.0, lag_s=0.02, step_rad=2.0 * np.pi / 2**16) for seed in (1, 2)]
+    dry = PLANT + "effects: {coulomb: {coulomb: 0.15 N*m}}\n"
+    found = diagnose(opened(tmp_path, RIG, dry), logs, how_far=False)
+    assert [one.name for one in found.effects] == ["drive_lag"], found.says
+    assert found.fitted["drive.lag_s"] == pytest.approx(0.02, rel=0.1)
+    assert found.fitted["shaft.inertia_kg_m2"] == pytest.approx(INERTIA, rel=0.02)
 
 
 def runs(shaft, fault):

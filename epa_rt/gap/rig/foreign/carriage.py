@@ -29,7 +29,7 @@ from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.operators import carried, swung
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.reversals import REVERSALS, Turning, turning_of
-from epa_rt.gap.rig.foreign.signals import Signals, shifted
+from epa_rt.gap.rig.foreign.signals import Signals, lagged, shifted
 from epa_rt.gap.rig.foreign.terms import LAWS, in_contact, motion_features, stray_force_n
 from epa_rt.gap.subject import Link
 
@@ -208,6 +208,16 @@ def _through_drive(force_n: np.ndarray, signals: Signals, n: Numbers) -> np.ndar
     if n["drive.delay_s"] != 0.0 or n["clock.row_ratio"] != 0.0:
         force_n = shifted(force_n, -n["drive.delay_s"] * signals.rate_hz - n["clock.row_ratio"])
     return force_n / n["drive.gain_ratio"]
+
+
+def at_load(left_n: np.ndarray, signals: Signals, numbers: Numbers) -> np.ndarray:
+    """(N,) a residual, as the drive's force has it behind its lag.
+
+    What the drive is told is the force that is needed and T times its slope, which makes noise of
+    the place the louder the longer the lag. Behind the lag it is as loud as without one.
+    """
+    lag_s = numbers["drive.lag_s"]
+    return left_n if lag_s == 0.0 else lagged(left_n, lag_s * signals.rate_hz)
 
 
 def turning(prepared: Prepared, numbers: Numbers, laws: Sequence[Law] = LAWS) -> Turning:
@@ -439,7 +449,10 @@ EQUATIONS = (
         " interpolation, F -> F / gain: each where it is not neutral, in this order"
     ),
     *REVERSALS,
-    "residual = force - F, low-passed and thinned out to the rig file's rate",
+    (
+        "residual = force - F, through the lag where there is one, low-passed and thinned out to"
+        " the rig file's rate"
+    ),
 )
 
 COMPONENT = Component(
@@ -487,5 +500,6 @@ COMPONENT = Component(
     needs={"force": ("position",)},
     flat=True,
     output_is_foreseen=True,
+    at_load=at_load,
     equations=EQUATIONS,
 )

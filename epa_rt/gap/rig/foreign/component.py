@@ -134,6 +134,8 @@ class Component:
     # from the other channels, by a residual that is measured less foreseen: a turned sign then runs
     # against it
     output_is_foreseen: bool = False
+    # of a residual, unfiltered: (N,) what it is behind the drive's lag
+    at_load: Callable[[np.ndarray, Signals, Numbers], np.ndarray] | None = None
     equations: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

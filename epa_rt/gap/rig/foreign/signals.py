@@ -188,3 +188,16 @@ def shifted(values: np.ndarray, samples: float) -> np.ndarray:
         ]
     )
     return np.convolve(held[first : first + 3 + count], taps, "valid")
+
+
+def lagged(values: np.ndarray, lag_samples: float) -> np.ndarray:
+    """(N,) ``values`` through a lag of first order, exactly for straight lines from row to row;
+    settled on the first one before.
+    """
+    from scipy import signal
+
+    kept = float(np.exp(-1.0 / lag_samples))
+    new = 1.0 - lag_samples * (1.0 - kept)  # of the row's own value, the rest of the one before
+    taps = [new, 1.0 - kept - new]
+    found: np.ndarray = signal.lfilter(taps, [1.0, -kept], values, zi=[values[0] * (1.0 - new)])[0]
+    return found

@@ -213,7 +213,10 @@ class ForeignSubject(Plain):
         """As Subject.residual, behind ``lowpass``; KeyError for an unknown number or link,
         ValueError where ``lowpass`` raises it.
         """
-        left = self.rig.component.residual(prepared.work, self._numbers(values), link)
+        component, numbers = self.rig.component, self._numbers(values)
+        left = component.residual(prepared.work, numbers, link)
+        if component.at_load is not None:
+            left = component.at_load(left, prepared.signals, numbers)
         left = lowpass(left, prepared.signals.rate_hz, self.rig.lowpass_hz)[
             :: prepared.signals.stride
         ]
