@@ -163,7 +163,7 @@ def of_names(examples: Sequence[Example], numbers: Numbers) -> list[dict[str, fl
     return reliability(said)
 
 
-_LOGS = ("effect_odds", "further_odds", "unknown_odds")  # the others are positive
+_LOGS = ("further_odds", "unknown_odds", "imitated_odds")  # the others are positive
 
 
 def _flat(numbers: Numbers) -> np.ndarray:

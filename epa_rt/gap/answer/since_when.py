@@ -75,7 +75,7 @@ def onset(problem: Problem, point: Point, numbers: Numbers) -> Onset | None:
     always = _Place("", 0.0, 0, PARTS * problem.blocks, "logs")
     ground = _Ground(problem, point, [*places, always], numbers)
     kinds = len({effect.family for effect in problem.effects.values()})
-    of_one = (numbers.further_odds if point.effects else numbers.effect_odds) - np.log(kinds)
+    of_one = (numbers.further_odds if point.effects else 0.0) - np.log(kinds)
     odds = of_one - np.log(max(len(places), 1))
     if not places or odds + ground.most < 0.0:
         return None  # whatever a step explains

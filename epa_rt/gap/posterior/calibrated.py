@@ -12,11 +12,11 @@ CALIBRATED = Numbers(
     freedom=8.25,
     floor_share=0.0484,
     loose_share=0.297,
-    effect_odds=-0.258,
     further_odds=-3.12,
     unknown_odds=-2.41,
     right_left=0.0155,
     wrong_left=0.35,
     left_spread=0.354,
+    imitated_odds=-1.4,
     wrong_push=22.8,
 )

@@ -30,23 +30,23 @@ class Numbers:
     ``freedom``: degrees of freedom of a link's discrepancy, block by block and in free run alike;
     on held-out logs half of that. ``floor_share``: part of a link's noise that its
     floor may be wrong by; ``loose_share``: the same of one that is known from repeats or from the
-    sensors alone, where nothing explains what is left. ``effect_odds``: log prior odds of one
-    effect against none; ``further_odds``: of one more against no more. ``unknown_odds``: log prior
-    odds of something that the catalogue lacks. ``right_left``, ``wrong_left``: part of a gap that
-    the right laws leave, and the best of the wrong ones; ``left_spread``: spread of the logarithm
-    of either. ``wrong_push``: how many times as far from the plant file nominal parameters go
-    beside wrong laws.
+    sensors alone, where nothing explains what is left. ``further_odds``: log prior odds of one
+    effect more against no more, beside one that is there. ``unknown_odds``: log prior odds of
+    something that the catalogue lacks. ``right_left``, ``wrong_left``: part of a gap that the right
+    laws leave, and the best of the wrong ones; ``left_spread``: spread of the logarithm of either;
+    ``imitated_odds``: log odds that the wrong ones leave as little as right ones. ``wrong_push``:
+    how many times as far from the plant file nominal parameters go beside wrong laws.
     """
 
     freedom: float
     floor_share: float
     loose_share: float
-    effect_odds: float
     further_odds: float
     unknown_odds: float
     right_left: float
     wrong_left: float
     left_spread: float
+    imitated_odds: float
     wrong_push: float
 
     def freedom_of(self, view: str) -> float:
@@ -59,12 +59,12 @@ START = Numbers(
     freedom=6.0,
     floor_share=0.02,
     loose_share=0.3,
-    effect_odds=1.0,
     further_odds=-1.0,
     unknown_odds=-1.0,
     right_left=0.01,
     wrong_left=0.3,
     left_spread=1.0,
+    imitated_odds=-2.0,
     wrong_push=5.0,
 )
 
@@ -167,7 +167,7 @@ def log_evidence(model: Model, prior: Prior, numbers: Numbers) -> float:
     """Log of the joint probability of data and model, up to what is the same for all models, over
     the views that the model has.
     """
-    total = prior.log_odds(model.effects, numbers.effect_odds, numbers.further_odds)
+    total = prior.log_odds(model.effects, numbers.further_odds)
     total += occam(model, numbers)
     total += _mean_of_fits(model, of_sizes)
     return total + _strain_of(model) + of_views(model.views, numbers)
@@ -219,8 +219,7 @@ class Formula:
         missing go back by the rest, to where the ``best`` model has them, or as near to the plant
         file as they usually are.
         """
-        odds = self.numbers.effect_odds, self.numbers.further_odds
-        more = self.prior.log_of_one_more(model.effects, *odds)
+        more = self.prior.log_of_one_more(model.effects, self.numbers.further_odds)
         seen = {
             name: [one for link, one in view.links.items() if not links or link in links]
             for name, view in model.views.items()
@@ -237,9 +236,9 @@ class Formula:
 
     def without(self, model: Model, name: str) -> float:
         """Log prior odds that a set has more without one of its effects, of the size it has."""
-        odds = self.numbers.effect_odds, self.numbers.further_odds
+        odds = self.numbers.further_odds
         rest = [other for other in model.effects if other != name]
-        more = self.prior.log_odds(rest, *odds) - self.prior.log_odds(model.effects, *odds)
+        more = self.prior.log_odds(rest, odds) - self.prior.log_odds(model.effects, odds)
         return more - _mean_of_fits(model, lambda view: of_size(view.sizes.get(name, 0.0)))
 
     def most(self, view: str, noise: float, loss: float) -> float:

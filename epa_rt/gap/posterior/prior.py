@@ -20,24 +20,24 @@ class Prior:
     in_plant: Collection[str] = ()
     measured: bool = False
 
-    def log_odds(self, effects: Sequence[str], one: float, further: float) -> float:
-        """Of a set against none. ``one``: those of one effect of any family; ``further``:
-        of one more.
+    def log_odds(self, effects: Sequence[str], further: float) -> float:
+        """Of a set against none: a rig has an effect that its plant file lacks as often as not.
+        ``further``: those of one more.
         """
         lacking = [family for name, family in self.families.items() if name not in self.in_plant]
         laws = sum(
             log(lacking.count(self.families[name])) for name in effects if name not in self.in_plant
         )
         size, of = self._of_families(effects)
-        guessed = sum(self._of_guess(one) for name in effects if name in self._guessed)
-        return _odds(size, of, one, further) + guessed - laws
+        guessed = sum(self._of_guess() for name in effects if name in self._guessed)
+        return _odds(size, of, further) + guessed - laws
 
-    def log_of_one_more(self, effects: Sequence[str], one: float, further: float) -> float:
+    def log_of_one_more(self, effects: Sequence[str], further: float) -> float:
         """What the odds grow by with one effect more, the most probable and alone in its family."""
         size, of = self._of_families(effects)
-        more = _odds(size + 1, of, one, further) - _odds(size, of, one, further)
+        more = _odds(size + 1, of, further) - _odds(size, of, further)
         left = any(name not in effects for name in self._guessed)
-        return max(more, self._of_guess(one)) if left else more
+        return max(more, self._of_guess()) if left else more
 
     @property
     def _guessed(self) -> Collection[str]:
@@ -49,14 +49,14 @@ class Prior:
         kinds = {family for name, family in self.families.items() if name not in guessed}
         return len([name for name in effects if name not in guessed]), len(kinds)
 
-    def _of_guess(self, one: float) -> float:
-        return one - log(len(self.in_plant))
+    def _of_guess(self) -> float:
+        return -log(len(self.in_plant))
 
 
-def _odds(count: int, of: int, one: float, further: float) -> float:
+def _odds(count: int, of: int, further: float) -> float:
     """Log odds of one set of ``count`` of so many against none."""
     if not count:
         return 0.0
     if count > of:
         return -inf
-    return one + (count - 1) * further - log(comb(of, count))
+    return (count - 1) * further - log(comb(of, count))

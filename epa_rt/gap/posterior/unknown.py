@@ -65,7 +65,8 @@ def explains_most(models: Sequence[Model], numbers: Numbers) -> Model:
 def left_by_wrong(model: Model, none: Model, numbers: Numbers) -> tuple[float, float]:
     """Log of the ratio of how probable what a set leaves is of the best wrong laws and of the right
     ones, and of the former alone. Wrong laws show in one of the views, nobody knows in which: in
-    the others they may leave as little as right ones.
+    the others they may leave as little as right ones. Or they imitate what is there, and leave as
+    little in all (``imitated_odds``).
     """
     logs = []
     for name in _with_links(none):
@@ -78,7 +79,10 @@ def left_by_wrong(model: Model, none: Model, numbers: Numbers) -> tuple[float, f
             ]
         )
     right, wrong = np.transpose(logs or [[0.0, 0.0]])
-    ratio = float(np.logaddexp.reduce(wrong - right) - np.log(len(right)))
+    shown = float(np.logaddexp.reduce(wrong - right) - np.log(len(right)))
+    ratio = float(
+        np.logaddexp(shown, numbers.imitated_odds) - np.logaddexp(0.0, numbers.imitated_odds)
+    )
     return ratio, ratio + float(right.mean())
 
 

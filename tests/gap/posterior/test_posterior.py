@@ -181,16 +181,17 @@ def test_a_set_is_judged_at_its_own_optimum_before_one_effect_more_is_named_besi
 
 
 def test_from_the_least_share_on_one_effect_more_may_count():
-    _, _, search = begun({"drive.coulomb_a": 0.05}, replace(START, effect_odds=-6.0))
-    none = search._of(())
-    share = search._least_share((), (BLOCKS,)) * BEYOND_PROMISE
+    _, _, search = begun({"drive.coulomb_a": 0.05}, replace(START, further_odds=-8.0))
+    known = ("leak",)
+    search._model(known, settled(search._problem, known).values, None)
+    share = search._least_share(known, (BLOCKS,)) * BEYOND_PROMISE
 
     def evidence(share: float) -> float:
-        return search._with_one_more(none, (BLOCKS,), left=1.0 - share)
+        return search._with_one_more(search._of(known), (BLOCKS,), left=1.0 - share)
 
     assert 0.0 < share < 1.0
     assert not search._hopeful(evidence(0.9 * share)) and search._hopeful(evidence(1.1 * share))
-    assert search._least_share((), ()) == np.inf  # in no view there is anything to explain
+    assert search._least_share(known, ()) == np.inf  # in no view there is anything to explain
 
 
 def test_a_set_that_is_proposed_once_more_keeps_what_free_run_has_shown():
@@ -335,22 +336,22 @@ def test_the_order_of_models_changes_nothing(order):
 
 def test_a_law_that_the_plant_file_has_shares_its_odds_with_no_other_and_makes_no_set_larger():
     families = {"coulomb": "friction", "dahl": "friction", "seal": "friction", "leak": "leak"}
-    odds = START.effect_odds, START.further_odds
+    further = START.further_odds
 
     def log(*effects: str, in_plant: tuple[str, ...] = (), measured: bool = False) -> float:
-        return Prior(families, in_plant, measured).log_odds(effects, *odds)
+        return Prior(families, in_plant, measured).log_odds(effects, further)
 
     assert log("dahl", in_plant=("coulomb",)) == pytest.approx(log("leak") - np.log(2.0))
     for own in (("coulomb",), ("coulomb", "seal")):  # shared among themselves
-        assert log("coulomb", in_plant=own) == pytest.approx(odds[0] - np.log(len(own)))
+        assert log("coulomb", in_plant=own) == pytest.approx(-np.log(len(own)))
     both = log("coulomb", "leak", in_plant=("coulomb",))
     assert both == pytest.approx(log("coulomb", in_plant=("coulomb",)) + log("leak"))
     guesses = log("coulomb", "seal", in_plant=("coulomb", "seal"))  # each for itself
-    assert guesses == pytest.approx(2.0 * (odds[0] - np.log(2.0)))
+    assert guesses == pytest.approx(-2.0 * np.log(2.0))
     # healthy runs have measured the plant: it changes as seldom as anything sets in
     since = {"in_plant": ("coulomb",), "measured": True}
     assert log("coulomb", **since) == pytest.approx(log("leak"))
-    assert log("coulomb", "leak", **since) == pytest.approx(sum(odds))  # the one set of two
+    assert log("coulomb", "leak", **since) == pytest.approx(further)  # the one set of two
 
 
 @given(
@@ -360,7 +361,7 @@ def test_a_law_that_the_plant_file_has_shares_its_odds_with_no_other_and_makes_n
 )
 def test_one_effect_more_costs_what_the_prior_of_the_larger_set_says(own, of, measured):
     prior = Prior({name: name for name in "abcd"}, tuple(sorted(own)), measured)
-    odds, here = (START.effect_odds, START.further_odds), tuple(sorted(of))
-    larger = [prior.log_odds((*here, one), *odds) for one in "abcd" if one not in of]
-    best = max(larger, default=-np.inf) - prior.log_odds(here, *odds)
-    assert prior.log_of_one_more(here, *odds) == pytest.approx(best)
+    further, here = START.further_odds, tuple(sorted(of))
+    larger = [prior.log_odds((*here, one), further) for one in "abcd" if one not in of]
+    best = max(larger, default=-np.inf) - prior.log_odds(here, further)
+    assert prior.log_of_one_more(here, further) == pytest.approx(best)

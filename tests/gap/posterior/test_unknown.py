@@ -1,5 +1,7 @@
 """Something that the catalogue lacks: what a view shows of it, and where nominal parameters go."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 from epa_rt.gap.posterior.evidence import START
 from epa_rt.gap.posterior.prior import Prior
 from epa_rt.gap.posterior.search import Model, Table
-from epa_rt.gap.posterior.unknown import posterior, pushed_by_wrong
+from epa_rt.gap.posterior.unknown import left_by_wrong, posterior, pushed_by_wrong
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, Seen, View
 
 NOISE, GAP = 4000.0, 4e5
@@ -40,6 +42,21 @@ def test_one_view_that_shows_it_is_enough():
     assert unknown(fine) < 0.1 < 0.25 < unknown(bad)
     assert unknown(bad) == pytest.approx(unknown({BLOCKS: 0.6, FREE_RUN: 0.01}), abs=0.05)
     assert unknown({BLOCKS: 0.6, FREE_RUN: 0.6}) > unknown(bad)
+
+
+@given(st.floats(0.0, 1.0), st.floats(-6.0, 0.0))
+def test_however_little_is_left_wrong_laws_may_have_left_it(left, odds):
+    none, of = model((), {BLOCKS: 1.0}), model(("leak",), {BLOCKS: left})
+    ratio, _ = left_by_wrong(of, none, replace(START, imitated_odds=odds))
+    assert ratio >= odds - np.log1p(np.exp(odds)) - 1e-9
+
+
+def test_where_no_wrong_law_imitates_little_that_is_left_speaks_against_it():
+    none, of = model((), {BLOCKS: 1.0}), model(("leak",), {BLOCKS: 0.01})
+    never, often = (
+        left_by_wrong(of, none, replace(START, imitated_odds=odds))[0] for odds in (-30.0, 0.0)
+    )
+    assert never < -2.0 < often
 
 
 @given(st.floats(0.0, 200.0), st.floats(0.0, 200.0))
