@@ -40,33 +40,35 @@ def told(plant: dict[str, float], rig: dict[str, float]):
             {"spring.dahl_n": 1.5} | SHAPE,
             {},
             "plant_file",
-            "Dahl (1.00) is in the plant file, and not in the rig.",
+            ("Dahl", " is in the plant file, and not in the rig."),
         ),
         (
             {"spring.dahl_n": 3.0} | SHAPE,
             {"spring.dahl_n": 1.5} | SHAPE,
             "both",
-            "Dahl (1.00) is in the plant file, at another strength than in the rig.",
+            ("Dahl", " is in the plant file, at another strength than in the rig."),
         ),
-        ({}, {"spring.dahl_n": 1.5} | SHAPE, "rig", "Dahl (1.00) is missing."),
+        ({}, {"spring.dahl_n": 1.5} | SHAPE, "rig", ("Dahl", " is missing.")),
         (
             SHAPE,
             {"spring.dahl_n": 1.5} | SHAPE,
             "rig",
-            "Dahl (1.00) is missing.",
+            ("Dahl", " is missing."),
         ),  # a shape alone is no effect
         (
             {"sensors.pressure_offset_pa": -1500.0},
             {},
             "plant_file",
-            "Pressure offset (1.00) is in the plant file, and not in the rig.",
+            ("Pressure offset", " is in the plant file, and not in the rig."),
         ),  # gone, and no bound
     ],
 )
 def test_the_answer_says_who_has_the_effect(plant, rig, who, words):
     answer = told(plant, rig)
     assert [one.who for one in answer.effects] == [who], answer.effects
-    assert answer.says.startswith(words)
+    name, of = words
+    assert answer.says.startswith(f"{name} ({answer.effects[0].confidence:.2f}){of}"), answer.says
+    assert answer.effects[0].confidence > 0.95
 
 
 def test_a_value_on_its_upper_bound_is_not_gone_although_its_interval_is_the_whole_range():

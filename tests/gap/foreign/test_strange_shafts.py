@@ -80,9 +80,14 @@ def swing(
     return one_trial(f"log{seed}", "arm", PERIOD_S, {"arm_rad": angle, "motor_nm": torque})
 
 
+def sure(found):
+    """Effects that are named with confidence."""
+    return [one.name for one in found.effects if one.confidence >= 0.8]
+
+
 def test_the_weight_of_an_arm_is_named_and_weighed(tmp_path):
     found = diagnose(opened(tmp_path, RIG, PLANT), [swing(1), swing(2)], how_far=False)
-    assert [one.name for one in found.effects] == ["gravity"], found.says
+    assert sure(found) == ["gravity"], found.says
     assert found.fitted["load.gravity_sine_nm"] == pytest.approx(WEIGHT_NM, rel=0.02)
     assert found.fitted["shaft.inertia_kg_m2"] == pytest.approx(INERTIA, rel=0.02)
 
@@ -191,6 +196,6 @@ def test_play_between_motor_and_load_is_named_with_its_size(tmp_path):
     """The load flies from wall to wall of the gap, and the motor moves alone meanwhile."""
     shaft, logs = MACHINES["shaft"], runs(MACHINES["shaft"], Fault(play=6e-3))
     found = diagnose(opened(tmp_path, RIGS["shaft"], PLANTS["shaft"]), logs, how_far=False)
-    assert [one.name for one in found.effects] == ["backlash"], found.says
+    assert sure(found) == ["backlash"], found.says
     assert found.fitted["drive.backlash_rad"] == pytest.approx(6e-3 * shaft.stroke, rel=0.1)
     assert found.fitted["drive.backlash_load_ratio"] == pytest.approx(0.7, abs=0.1)
