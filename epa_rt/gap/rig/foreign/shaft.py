@@ -109,11 +109,6 @@ def residual(prepared: carriage.Prepared, numbers: Numbers, link: str) -> np.nda
     return carriage.residual(prepared, _as_carriage(numbers), link, _ALL)
 
 
-def at_load(left_nm: np.ndarray, signals: Signals, numbers: Numbers) -> np.ndarray:
-    """(N,) as carriage.at_load, N*m for N."""
-    return carriage.at_load(left_nm, signals, _as_carriage(numbers))
-
-
 def undetermined(prepared: carriage.Prepared, numbers: Numbers) -> np.ndarray:
     """(N,) bool: as carriage.undetermined."""
     return carriage.undetermined(prepared, _as_carriage(numbers))
@@ -206,7 +201,6 @@ COMPONENT = replace(
     features=features,
     undetermined=undetermined,
     turning=turning,
-    at_load=at_load,
     effort="torque",
     needs={LINK: ("angle",)},
     equations=(
