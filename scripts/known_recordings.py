@@ -42,7 +42,9 @@ def is_there(entry: dict[str, Any]) -> bool:
 
 def truth_of(entry: dict[str, Any]) -> dict[str, Any]:
     """An entry's truth as that of a sealed case: its kind, and the families of each effect."""
-    effects = [{"families": families, "multiple": CLEAR} for families in entry["truth"]]
+    effects = [
+        {"families": families, "answers": [], "multiple": CLEAR} for families in entry["truth"]
+    ]
     kinds = {0: "none", 1: "single"}
     return {"kind": kinds.get(len(effects), "pair"), "effects": effects}
 

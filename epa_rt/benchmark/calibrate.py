@@ -40,7 +40,7 @@ def of_truth(found: Found, families: Mapping[str, str], truth: dict) -> float:
     """
     none = sum(share for model, share in found.models if not model.effects)
     sets = [
-        ({families[name] for name in model.effects}, share)
+        ({name: families[name] for name in model.effects}, share)
         for model, share in found.models
         if model.effects
     ]

@@ -6,7 +6,7 @@ name's probability holds where names of 0.8 are right four times in five (reliab
 calibration error: mean distance of the two over all names).
 """
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import comb, log
 from typing import NamedTuple
@@ -24,11 +24,13 @@ BINS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 
 
 class Shares(NamedTuple):
-    """Probability of nothing, of something that the catalogue lacks, and of sets of families."""
+    """Probability of nothing, of something that the catalogue lacks, and of sets of names, each
+    with its family.
+    """
 
     none: float
     unknown: float
-    sets: Sequence[tuple[Set[str | None], float]]
+    sets: Sequence[tuple[Mapping[str, str | None], float]]
 
 
 def of_truth(truth: Mapping, said: Mapping) -> float:
@@ -47,11 +49,11 @@ def share_of(truth: Mapping, shares: Shares) -> float:
     if truth["kind"] == "withheld":
         share = unknown
     else:
-        wanted = [set(effect["families"]) for effect in truth["effects"]]
+        effects = truth["effects"]
         share = sum(
-            probability * (1.0 if len(kinds) == len(wanted) else TOO_MANY)
-            for kinds, probability in sets
-            if all(one & kinds for one in wanted)
+            probability * (1.0 if len(set(names.values())) == len(effects) else TOO_MANY)
+            for names, probability in sets
+            if all(any(right(effect, *one) for one in names.items()) for effect in effects)
         )
     return share if strong(truth) and truth["kind"] != "not_excited" else share + none
 
@@ -61,20 +63,21 @@ def _shares(said: Mapping) -> Shares:
     if posterior:
         sets = [(one["effects"], one["probability"]) for one in posterior["models"]]
         none = sum(share for effects, share in sets if not effects)
-        named_sets = [(frozenset(map(family_of, e)), share) for e, share in sets if e]
+        named_sets = [({n: family_of(n) for n in e}, share) for e, share in sets if e]
         return Shares(none, posterior["unknown"], named_sets)
     names = named(said)
     if not names:
         is_calm = said.get("verdict") in ("no_gap", "not_excited")
         return Shares(SAID, 1.0 - SAID, ()) if is_calm else Shares(1.0 - SAID, SAID, ())
     sure = min(one["confidence"] for one in names)
-    alike = [[one["name"] for one in names]]
-    for i, one in enumerate(names):
-        others = [name for k, name in enumerate(alike[0]) if k != i]
-        alike += [[*others, name] for name in one.get("not_separable_from") or ()]
-    kinds = {frozenset(map(family_of, one)) for one in alike}
+    said_sets = [{one["name"]: one.get("family") for one in names}]
+    for one in names:
+        others = {name: family for name, family in said_sets[0].items() if name != one["name"]}
+        alike = one.get("not_separable_from") or ()
+        said_sets += [{**others, name: family_of(name)} for name in alike]
+    by_kind = {frozenset(one.values()): one for one in reversed(said_sets)}
     rest = 0.5 * (1.0 - sure)
-    return Shares(rest, rest, [(one, sure / len(kinds)) for one in kinds])
+    return Shares(rest, rest, [(one, sure / len(by_kind)) for one in by_kind.values()])
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ next_apart: next_named of those.
 """
 
 from collections.abc import Iterable, Sequence
+from functools import cache
 
 from epa_rt.benchmark.counted import Case, Figure, middle, share
 
@@ -44,8 +45,13 @@ def named(said: dict) -> list[dict]:
 
 
 def right(effect: dict, name: str, family: str | None = None) -> bool:
-    """Whether a name (and family) said means the truth's effect."""
-    return name in effect["answers"] or (family is not None and family in effect["families"])
+    """Whether a name (and family) said means the truth's effect. Families may have been renamed
+    since a set was made: an answer's family of today counts as well.
+    """
+    if name in effect["answers"] or (family is not None and family in effect["families"]):
+        return True
+    today = family_of(name)
+    return today is not None and today in map(family_of, effect["answers"])
 
 
 def block_said(said: dict) -> str | None:
@@ -151,6 +157,7 @@ def _separated(truth: dict, said: dict) -> bool:
     )
 
 
+@cache
 def family_of(name: str) -> str | None:
     """Family of a name of the catalogue."""
     from epa_rt.models.catalogue import BY_NAME

@@ -39,7 +39,7 @@ def example(kind, gap, right_left, wrong_left, rng):
         part = right_left if kind == "single" and name == there else wrong_left
         parts[name] = min(1.0, part * np.exp(0.3 * rng.standard_normal()))
     models = [model((), gap), *(model((name,), part * gap) for name, part in parts.items())]
-    effects = [] if kind == "none" else [{"families": [there], "multiple": 10.0}]
+    effects = [] if kind == "none" else [{"families": [there], "answers": [], "multiple": 10.0}]
     return Example(kind, Table(tuple(models), Prior(FAMILIES)), {"kind": kind, "effects": effects})
 
 
@@ -60,7 +60,7 @@ def test_calibration_gives_the_truth_more_and_holds_on_cases_left_out(examples):
 
 def test_a_name_too_many_counts_half():
     table = Table((model((), 1e5), model(("leak", "play"), 0.0)), Prior(FAMILIES))
-    truth = {"kind": "single", "effects": [{"families": ["leak"], "multiple": 9.0}]}
+    truth = {"kind": "single", "effects": [{"families": ["leak"], "answers": [], "multiple": 9.0}]}
     found = posterior(table, START)
     assert of_truth(found, FAMILIES, truth) == pytest.approx(0.5 * found.models[0][1])
 

@@ -58,6 +58,16 @@ def test_the_truth_has_the_share_of_all_sets_that_hold_it(of, said, share):
     assert of_truth(of, said) == pytest.approx(share)
 
 
+def test_a_family_that_has_been_renamed_since_is_the_same():
+    old = truth("single", "motor_stribeck")
+    old["effects"][0]["families"] = ["a family of before"]
+    assert of_truth(old, posterior(motor_stribeck=0.8, creep=0.2)) == pytest.approx(0.8)
+    said = rules("explained", motor_coulomb=0.7)
+    assert of_truth(old, said) == 0.0
+    said["effects"][0]["family"] = "a family of before"
+    assert of_truth(old, said) == pytest.approx(0.7)
+
+
 def test_who_gives_the_truth_more_is_ahead():
     cases = [truth("single", "creep")] * 6
     first = scored([(one, rules("explained", creep=0.9)) for one in cases])
