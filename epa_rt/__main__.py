@@ -2,7 +2,7 @@
 
 import sys
 
-from epa_rt.cli.early import take_interrupts
+from epa_rt.cli.early import end_at_interrupts, take_interrupts
 
 
 def main() -> int:
@@ -10,7 +10,9 @@ def main() -> int:
     take_interrupts()
     from epa_rt.cli.main import main as run
 
-    return run()
+    code = run()
+    end_at_interrupts()
+    return code
 
 
 if __name__ == "__main__":

@@ -26,6 +26,14 @@ def release_interrupts() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def end_at_interrupts() -> None:
+    """From here on Ctrl-C ends the process without a word: all is said, and what is left is to wait
+    for what is ending.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def _end(_number: int, _frame: FrameType | None) -> None:
     verb = sys.argv[1] if len(sys.argv) > 1 and sys.argv[1].isalpha() else ""
     os.write(2, f"{f'epa {verb}'.rstrip()}: interrupted\n".encode())

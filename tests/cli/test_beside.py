@@ -24,10 +24,15 @@ except KeyboardInterrupt:
     beside.close()
 """
 CASES = """
+import signal, sys
 from epa_rt.cli.gap.blind.side_by_side import side_by_side
 from tests.cli.waiting import its_number
-for number in side_by_side(1, its_number, [(0.0,), (60.0,)], "cases made"):
-    print(number, flush=True)
+signal.signal(signal.SIGUSR1, signal.default_int_handler)  # Ctrl-C that reaches this one alone
+try:
+    for number in side_by_side(1, its_number, [(0.0,), (60.0,)], "cases made"):
+        print(number, flush=True)
+except KeyboardInterrupt:
+    sys.exit("stopped")
 """
 WORKERS = """
 import json, signal, sys, tempfile, threading, time
@@ -67,6 +72,7 @@ def ended(pid: int) -> bool:
         (ASKS, signal.SIGINT, 0),
         (ASKS, signal.SIGTERM, -signal.SIGTERM),
         (CASES, signal.SIGKILL, -signal.SIGKILL),
+        (CASES, signal.SIGUSR1, 1),
         (WORKERS, signal.SIGTERM, 1),
     ],
 )

@@ -3,6 +3,7 @@
 import argparse
 import io
 import os
+import signal
 import subprocess
 import sys
 
@@ -106,6 +107,16 @@ def test_ctrl_c_while_the_program_is_loaded_is_one_line(meets):
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
         assert done.returncode == code, done.stderr
         assert said in (None, done.stderr)
+
+
+def test_ctrl_c_while_the_program_ends_says_nothing_more():
+    late = (
+        "import os, signal, sys; sys.argv = ['epa', 'check', 'nowhere.yaml']\n"
+        "import epa_rt.__main__ as start; start.main(); os.kill(os.getpid(), signal.SIGINT)"
+    )
+    done = subprocess.run([sys.executable, "-c", late], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == -signal.SIGINT
+    assert "nowhere.yaml" in done.stderr and "Traceback" not in done.stderr
 
 
 @pytest.mark.parametrize("words", [(), ("gap",), ("study",), ("bus",)])

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from itertools import islice
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from typing import TypeVar
 
 from epa_rt.cli.gap.beside import end_with_parent
@@ -19,8 +19,9 @@ def side_by_side(
     are started anew. ``says``: what is counted, 'cases made'.
 
     No process is given more than it works on, so that after Ctrl-C, or an error, nothing else
-    begins; what is under way is not waited for here.
+    begins, and what is under way is ended.
     """
+    others = set(active_children())
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), end_with_parent)
     try:
         waiting, n = iter(asked), 0
@@ -40,5 +41,7 @@ def side_by_side(
                 yield made
     except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)
+        for process in set(active_children()) - others:
+            process.terminate()
         raise
     pool.shutdown()
