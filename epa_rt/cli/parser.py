@@ -1,6 +1,7 @@
 """The command line's manners: help that fits the screen, and a guess for what was misspelt."""
 
 import argparse
+import itertools
 import re
 import sys
 import textwrap
@@ -41,6 +42,11 @@ class EpaParser(argparse.ArgumentParser):
         if any(isinstance(action, JsonOption) for action in self._actions):
             given = json_spelt_out(given)
         found, rest = super().parse_known_args(given, namespace)
+        if rest and ("--json=-", rest[0]) in itertools.pairwise(given):
+            self.error(
+                f"found '{rest[0]}' behind --json, expected a name that ends in .json there, or"
+                " --json as the last word"
+            )
         if rest:
             self.error(_UNKNOWN + " ".join(rest))
         return found, rest

@@ -52,6 +52,7 @@ def parsers(top: argparse.ArgumentParser) -> list[argparse.ArgumentParser]:
         (("run", STEP, "--rig", BENCH, "--speed", "x"), "--speed: found 'x', expected a number"),
         (("export", "a", "--trial", "x"), "--trial: found 'x', expected a whole number"),
         (("jog", "--rig", BENCH, "--move", "5"), "--move 5: found '5' without a unit"),
+        (("gap", "diagnose", "--rig", BENCH, "a.mcap", "--json", "b.mcap"), "behind --json"),
         (("run", BENCH, "--rig", BENCH), "found a rig file, expected an experiment file"),
         (("run", STEP, "--rig", STEP), "found an experiment file, expected a rig file"),
     ],

@@ -2,8 +2,8 @@
 takes.
 
 Every experiment of the menu is run on the simulated rig, once with each of the rival answers, and
-the one that sets them furthest apart is proposed. For a rig of others the file holds the commanded
-profile, for whatever drives that rig.
+the one that sets them furthest apart is proposed. For a servo of others the file holds the
+commanded profile, for whatever drives it; other kinds of theirs have no menu.
 
   epa gap plan gap.json --rig config/rigs/bench.yaml out/*.mcap -o next.yaml
   epa run next.yaml --rig config/rigs/bench.yaml -o out
