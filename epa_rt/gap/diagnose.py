@@ -3,8 +3,9 @@
 Nothing here decides what is named: that is read off the probabilities (posterior/decide.py).
 """
 
+import re
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,7 +80,6 @@ def diagnose(
     recordings: Sequence[Recording],
     holdout: Sequence[Recording] = (),
     without: Sequence[str] = (),
-    repeats=None,
     seed: int = 0,
     floors=floors_of,
     how_far: bool = True,
@@ -90,13 +90,12 @@ def diagnose(
 
     The order of recordings changes nothing. ``holdout``: those for the shrinkage; without any, the
     last trial of every log is set aside. ``without``: effects left out of the catalogue.
-    ``repeats``: as ``floor.floors`` takes them. ``progress(stage, share)`` is called from this
-    thread. Raises Stopped when ``stop()`` says so, KeyError where a recording lacks a column or
-    ``repeats`` name one that is not there.
+    ``progress(stage, share)`` is called from this thread. Raises Stopped when ``stop()`` says so,
+    KeyError where a recording lacks a column.
     """
     begun, as_given = time.monotonic(), [one.name for one in recordings]
     recordings, holdout = (  # the order in which they come says nothing
-        sorted(logs, key=lambda one: one.name) for logs in (recordings, holdout)
+        sorted(logs, key=_in_order) for logs in (recordings, holdout)
     )
     fitted, seen, aside, apart_logs = unseen(subject, recordings, holdout)
     start, table = searched(
@@ -106,7 +105,6 @@ def diagnose(
         aside,
         CALIBRATED,
         tuple(without),
-        repeats,
         seed,
         floors,
         lambda stage, share: progress(stage, 0.7 * share),
@@ -194,6 +192,12 @@ def diagnose(
     )
     progress("done", 1.0)
     return told
+
+
+def _in_order(recording: Recording) -> tuple[list[str | int], str]:
+    """By name, in which numbers count as such: run_2 before run_10."""
+    parts = re.split(r"(\d+)", recording.name)
+    return [int(one) if i % 2 else one for i, one in enumerate(parts)], recording.name
 
 
 def fitted_for(start: Start, model: Model, none: Model) -> Fitted:
@@ -368,9 +372,10 @@ def _says(
 ) -> str:
     """The answer in one or two sentences."""
     of = len(start.problem.effects)
+    family = {name: effect.family for name, effect in start.problem.effects.items()}
     if verdict == "no_gap":
         shown = f"{of - len(silent)} of {of} effects would have shown at a typical strength."
-        told, nearest = _without_gap(could, left)
+        told, nearest = _without_gap(could, family, left)
         said = f"{told}; {shown}"
         said = f"{said} {said_of_moved(went, gap=False)}" if went else said
         return f"{said}{nearest}"
@@ -380,18 +385,17 @@ def _says(
             " typical strength."
         )
     if verdict == "not_in_catalogue":
-        said, nearest = _unnamed(could)
+        said, nearest = _unnamed(could, family)
         places = all_of([_explains(one) for one in likely(whence)], "or")
         if places:
             said = f"{said} It may come from {places}: so much of it would an error there explain."
         said = f"{said} {said_of_moved(went, gap=True)}" if went else said
         return f"{said}{nearest}"
+    who = {one.name: one.who for one in names}
     if verdict == "not_separable":
-        told = told_of_sets((tuple(could.names), *could.instead), could.names)
+        told = told_of_sets((tuple(could.names), *could.instead), could.names, who)
     else:
         shares = {one.name: one.confidence for one in names}
-        who = {one.name: one.who for one in names}
-        family = {name: effect.family for name, effect in start.problem.effects.items()}
         instead = {
             one.name: [law for law in one.not_separable_from if family[law] == one.family]
             for one in names
@@ -424,25 +428,25 @@ def _besides(could: Posterior, names: Sequence[Named], start: Start) -> str:
     return f" Perhaps also {plain(law)} ({other} {share:.2f})."
 
 
-def _unnamed(could: Posterior) -> tuple[str, str]:
+def _unnamed(could: Posterior, family: Mapping[str, str]) -> tuple[str, str]:
     """That nothing is named, and which law comes nearest, or that it is left open."""
     if could.leaves_open:
-        law, _ = _best_law(could)
+        law, _ = _best_law(could, family)
         return (
             f"Something is missing, and these logs leave open whether it is {law} or no law of the"
             f" catalogue ({could.unknown:.2f}).",
             "",
         )
     said = f"Something is missing that no law of the catalogue describes ({could.unknown:.2f})."
-    return said, _nearest(could, "If a law describes it")
+    return said, _nearest(could, family, "If a law describes it")
 
 
-def _without_gap(could: Posterior, left: str) -> tuple[str, str]:
+def _without_gap(could: Posterior, family: Mapping[str, str], left: str) -> tuple[str, str]:
     """That there is no gap, and which law comes nearest, or that it is left open."""
     said, none = f"The plant file, refitted, describes these logs{left}", could.none
     if not could.leaves_open:
-        return f"{said} ({none:.2f})", _nearest(could, "If there is a gap")
-    law, share = _best_law(could)
+        return f"{said} ({none:.2f})", _nearest(could, family, "If there is a gap")
+    law, share = _best_law(could, family)
     gaps = [law] if share >= WORTH_A_WORD else []
     if could.unknown >= WORTH_A_WORD or not gaps:
         gaps.append(f"one that no law of the catalogue describes ({could.unknown:.2f})")
@@ -452,17 +456,22 @@ def _without_gap(could: Posterior, left: str) -> tuple[str, str]:
     )
 
 
-def _nearest(could: Posterior, begins: str) -> str:
+def _nearest(could: Posterior, family: Mapping[str, str], begins: str) -> str:
     """The law that comes nearest where none is named, if it is worth a word."""
-    law, share = _best_law(could)
+    law, share = _best_law(could, family)
     return f" {begins}, it is {law}." if share >= WORTH_A_WORD else ""
 
 
-def _best_law(could: Posterior) -> tuple[str, float]:
-    """The law that comes nearest with its family's probability, in words and as a number."""
+def _best_law(could: Posterior, family: Mapping[str, str]) -> tuple[str, float]:
+    """The set that comes nearest with the most probable of its families, in words, and that
+    family's probability. ``family``: of each effect of the catalogue.
+    """
     best = next((one for one in could.models if one.effects), None)
-    family, share = next(iter(could.families.items()), ("", 0.0))
-    return (f"{set_words(best.effects)} ({family} {share:.2f})", share) if best else ("", 0.0)
+    if best is None:
+        return "", 0.0
+    kinds = [family[name] for name in best.effects]
+    share, kind = max((could.families.get(kind, 0.0), kind) for kind in kinds)
+    return f"{set_words(best.effects)} ({kind} {share:.2f})", share
 
 
 def _described(none: Model) -> str:

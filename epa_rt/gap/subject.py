@@ -8,7 +8,7 @@ somebody else are others (``gap/foreign``).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -104,6 +104,9 @@ class Subject(Protocol):
     def only(self, recordings: Sequence[Recording]) -> Sequence[Recording]:
         """The recordings with those trials alone that the subject judges."""
 
+    def of_any_run(self) -> "Subject":
+        """The same without a number for any single run."""
+
     def told(self, recording: Recording) -> bool:
         """Whether all that the rig was told is known, so that free run can follow it."""
 
@@ -153,6 +156,10 @@ class Plain:
     def only(self, recordings: Sequence[Recording]) -> Sequence[Recording]:
         """All of them, whole."""
         return recordings
+
+    def of_any_run(self) -> Self:
+        """No run has a number of its own."""
+        return self
 
     def told(self, recording: Recording) -> bool:
         """Of every recording."""

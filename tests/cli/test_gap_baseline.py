@@ -1,11 +1,12 @@
 """--baseline is refused in a sentence where it can mean nothing."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from epa_rt.cli.exits import VerbError
-from epa_rt.cli.gap.baseline import FAR, as_a_set, change_words, said_of
+from epa_rt.cli.gap.baseline import FAR, _learnt, _stamped, as_a_set, change_words, said_of
 from epa_rt.cli.gap.diagnose import diagnose_logs
 from epa_rt.gap.diagnosis import Change, Diagnosis, Named
 from tests.cli.shell import RIGS, ROOT
@@ -23,6 +24,22 @@ def test_a_log_that_is_not_there_is_one_sentence():
     rig = ROOT / "config/rigs_foreign/emps.yaml"
     with pytest.raises(VerbError, match=r"no\.mcap"):
         diagnose_logs(rig, None, [Path("no.mcap")], baseline=[Path("none.mcap")])
+
+
+def test_a_plant_file_that_has_changed_is_read_again(tmp_path, monkeypatch):
+    read = []
+    monkeypatch.setattr(
+        "epa_rt.cli.gap.baseline.opened",
+        lambda given: read.append(given) or SimpleNamespace(subject=None, recordings=(), found=()),
+    )
+    monkeypatch.setattr("epa_rt.gap.rig.foreign.healthy.healthy_from", lambda *_: None)
+    rig, plant = tmp_path / "rig.yaml", tmp_path / "plant.yaml"
+    for text in ("mass: 95 kg", "mass: 95 kg", "mass: 60.5 kg"):
+        if not plant.exists() or plant.read_text() != text:
+            plant.write_text(text)
+        rig.touch(exist_ok=True)
+        _learnt(rig, plant, (_stamped(plant),), ())
+    assert len(read) == 2
 
 
 def test_what_moved_is_said_with_its_size_in_spreads():

@@ -1,5 +1,7 @@
 """The attribution on a made-up rig, where the truth is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,7 @@ OFF = {
 
 
 NOTHING = "not_in_catalogue"
+DELAY = {"drive_lag": "delay"}
 
 
 def logs(values=None, extra=None, count=2, **more):
@@ -61,6 +64,29 @@ def test_single_effect_is_named_with_its_size(values, name):
         ] or half < abs(0.1 * values[number.name])
 
 
+def test_an_effect_of_the_plant_file_at_its_typical_strength_may_be_what_the_rig_lacks(monkeypatch):
+    knob = toy.KNOBS["drive.coulomb_a"]
+    (start,) = toy.Toy().catalogue[0].starts
+    monkeypatch.setitem(toy.KNOBS, knob.key, knob._replace(value=start[0], absent=0.0))
+    answer = told({knob.key: 0.0})
+    assert [(one.name, one.who) for one in answer.effects] == [("motor_friction", "plant_file")]
+
+
+def test_the_law_that_comes_nearest_is_told_with_its_own_family():
+    sets = {("a",): 0.22, ("b", "c"): 0.14, ("b", "d"): 0.14}
+    models = tuple(Could(effects, share, 0.1) for effects, share in sets.items())
+    could = Posterior(models, {"of b": 0.28, "of a": 0.22}, 0.5, "blocks", NOTHING, {}, (), 1)
+    _, nearest = _unnamed(could, {name: f"of {name}" for name in "abcd"})
+    assert nearest.endswith("it is a (of a 0.22).")
+
+
+def test_logs_are_in_the_order_of_the_numbers_in_their_names():
+    made = [replace(one, found=("a note",)) for one in logs(count=2)]
+    named = [replace(one, name=name) for one, name in zip(made, ("run_10", "run_2"), strict=True)]
+    found = diagnose(toy.Toy(), named, floors=toy.floors, how_far=False)
+    assert found.found_first == ("run_2: a note", "run_10: a note")
+
+
 def test_intervals_hold_the_truth_about_as_often_as_they_say():
     held = []
     for seed in range(12):
@@ -92,7 +118,7 @@ def test_effect_taken_out_of_the_catalogue_is_said_to_be_in_none():
 def test_what_is_not_named_beside_a_law_that_is_more_probable_is_left_open(unknown, open_whether):
     models = (Could(("drive_lag",), 0.9 - unknown, 0.1), Could((), 0.1, 1.0))
     could = Posterior(models, {"delay": 0.9 - unknown}, unknown, "blocks", NOTHING, {}, (), 1)
-    said, nearest = _unnamed(could)
+    said, nearest = _unnamed(could, DELAY)
     assert ("leave open whether it is drive lag" in said) is open_whether
     assert bool(nearest) is not open_whether and f"({unknown:.2f})" in said
 
@@ -110,7 +136,7 @@ def test_where_something_is_more_probably_missing_than_not_no_gap_is_left_open(n
     law = 1.0 - none - unknown
     models = (Could((), none, 1.0), Could(("drive_lag",), law, 0.1))
     could = Posterior(models, {"delay": law}, unknown, "blocks", "no_gap", {}, (), 1)
-    said, nearest = _without_gap(could, " to 1.4 times their noise in free run")
+    said, nearest = _without_gap(could, DELAY, " to 1.4 times their noise in free run")
     assert said.startswith(
         "The plant file, refitted, describes these logs to 1.4 times their noise"
     )

@@ -56,15 +56,6 @@ def test_another_plant_is_not():
     assert min(found["muscle0"], found["gas0"], found["motor"]) > 1.5
 
 
-def test_repeats_give_the_floor_where_there_are_some():
-    house = subject("bench")
-    logs = [recorded("bench", seed) for seed in (1, 2)]
-    floor = floors(house, logs, {}, repeats=[[log.name for log in logs]])
-    twin = floors(house, logs[:1], {})
-    assert all(one.source == "repeats" for one in floor.values())
-    assert floor["muscle0"].rms == pytest.approx(twin["muscle0"].rms, rel=0.25)
-
-
 def test_coloured_noise_becomes_white_and_gaps_stay_gaps():
     random = np.random.default_rng(0)
     x = random.standard_normal(20000)

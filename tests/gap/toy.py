@@ -265,7 +265,7 @@ class White:
         return x / self.rms
 
 
-def floors(subject, recordings, values, repeats=None, seed=0):
+def floors(subject, recordings, values, seed=0):
     """The toy's true floors; the measured pressure's noise goes into the spring's force as well."""
     rms = NOISE | {"spring": float(np.hypot(NOISE["spring"], 5e-4 * NOISE["gas"]))}
     return {link: White(link, size) for link, size in rms.items()}

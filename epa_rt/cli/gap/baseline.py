@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from epa_rt.gap.rig.foreign.healthy import Healthy
 
 FAR = 4.0  # spreads from which a change is said to be one: of healthy runs one in a thousand
+Stamped = tuple[Path, int, int]
 BASELINE = "baseline"  # among the inputs of a diagnosis
 
 
@@ -37,10 +38,12 @@ def since(given: Opened, rig: Path, plant: Path | None, baseline: Sequence[Path]
     from epa_rt.gap.held_out.aside import split
     from epa_rt.gap.rig.foreign.healthy import NotHealthy
     from epa_rt.gap.rig.foreign.since import SinceBaseline
+    from epa_rt.gap.rig.subjects import named_plant
 
     _apart(baseline, (*given.recordings, *given.holdout))
     try:
-        healthy, noted = _learnt(rig, plant, tuple(map(_stamped, baseline)))
+        files = _stamped(rig), _stamped(plant or named_plant(rig) or rig)
+        healthy, noted = _learnt(rig, plant, files, tuple(map(_stamped, baseline)))
         healthy.check((*given.recordings, *given.holdout))
     except NotHealthy as error:
         raise VerbError(f"--baseline: {error}") from None
@@ -79,20 +82,22 @@ def lacking(healthy: "Healthy") -> str:
     )
 
 
-def _stamped(log: Path) -> tuple[Path, int, int]:
-    """A log with its time and size: what tells whether it was read before."""
+def _stamped(file: Path) -> Stamped:
+    """A file with its time and size: what tells whether it was read before."""
     try:
-        stat = log.stat()
+        stat = file.stat()
     except OSError as error:
-        raise VerbError(f"{log}: cannot be read ({error.strerror})") from None
-    return log, stat.st_mtime_ns, stat.st_size
+        raise VerbError(f"{file}: cannot be read ({error.strerror})") from None
+    return file, stat.st_mtime_ns, stat.st_size
 
 
 @lru_cache(maxsize=4)  # day after day is held against one baseline
 def _learnt(
-    rig: Path, plant: Path | None, stamped: tuple[tuple[Path, int, int], ...]
+    rig: Path, plant: Path | None, files: tuple[Stamped, ...], stamped: tuple[Stamped, ...]
 ) -> "tuple[Healthy, tuple[str, ...]]":
-    """What healthy runs say, and what was noted of their logs."""
+    """What healthy runs say, and what was noted of their logs. ``files``: of rig and plant, as they
+    are now.
+    """
     from epa_rt.gap.rig.foreign.healthy import healthy_from
 
     logs = [log for log, *_ in stamped]

@@ -128,8 +128,9 @@ def split(subject: Subject, recordings: Sequence[Recording]) -> tuple[Part, Part
 def _middling(subject: Subject, recordings: Sequence[Recording]) -> str:
     """Name of the log with the median sum of the squares that the plant file leaves (the lower of
     two); each link counts by its largest. The fits keep what shows most, and what is set aside
-    shows some of it.
+    shows some of it. Runs with numbers of their own are judged as those without.
     """
+    subject = subject.of_any_run()
     ready = {one.name: subject.prepare(one) for one in recordings}
     left = dict.fromkeys(ready, 0.0)
     for link in subject.links:

@@ -71,7 +71,7 @@ def how_far_of(
     level = problem.floors
     aside = subject is not problem.subject and any(floor.bias for floor in level.values())
     if aside or not all(r.name in names for r in recordings):
-        level = floors(subject, recordings, after, repeats=None, seed=seed)
+        level = floors(subject, recordings, after, seed=seed)
     return shrinkage(subject, recordings, before, after, level, progress=progress)
 
 
@@ -106,7 +106,7 @@ def _free_run(
     """Both baselines at once, so that every plant runs once per log."""
     found: dict[Baseline, _Misfits] = {"refitted": {}, "plant_file": {}}
     asked: dict[Baseline, _Misfits] = {"refitted": {}, "plant_file": {}}
-    for recording in recordings:
+    for recording in filter(subject.told, recordings):
         plants = [
             (before, None),
             ({}, None),

@@ -1,6 +1,6 @@
 """The noise floor of every link: what is left of a rig without a gap, in size and in colour.
 
-By repeats where an experiment was repeated; else by twins, the nominal plant in free run through
+By laps where the motion is repeated; else by twins, the nominal plant in free run through
 the same links with the recording's own noise and the instruments' own steps; else from the
 residuals' own high frequencies.
 """
@@ -104,17 +104,12 @@ def left_over(
 
 
 def floors(
-    subject: Subject,
-    recordings: Sequence[Recording],
-    values: Values,
-    repeats: Sequence[Sequence[str]] | None = None,
-    seed: int = 0,
+    subject: Subject, recordings: Sequence[Recording], values: Values, seed: int = 0
 ) -> dict[str, Floor]:
     """Link name to its floor at these nominal values; links that the recordings never let judge are
     left out.
 
-    ``repeats``: groups of recording names that are runs of one experiment. Raises KeyError where
-    one is of no recording, a recording lacks a column, or a number of ``values`` is unknown.
+    Raises KeyError where a recording lacks a column, or a number of ``values`` is unknown.
     """
     made = each(
         lambda r: (_residuals(subject, r, values), _twins(subject, r, values, seed)), recordings
@@ -129,9 +124,7 @@ def floors(
             continue
         own_twins = {name: [twin[link.name] for twin in made] for name, made in twins.items()}
         noise = _about_mean(own_twins)
-        again = _of_repeats(recordings, own, link.name, repeats or ()) or _of_laps(
-            subject, recordings, values, link.name
-        )
+        again = _of_laps(subject, recordings, values, link.name)
         source = "repeats" if again else ("twin" if noise else "sensors")
         floor = (
             fitted(link.name, again or noise, source)
@@ -220,37 +213,12 @@ def _agree(white: Sequence[np.ndarray]) -> bool:
     return bool(products.sum() / (count * (count - 1)) > SURE * chance)
 
 
-def _of_repeats(
-    recordings: Sequence[Recording],
-    own: Mapping[str, Mapping[str, np.ndarray]],
-    link: str,
-    repeats: Sequence[Sequence[str]],
-) -> list[np.ndarray]:
-    """Differences over sqrt(2) of the residuals of repeated runs, span by span."""
-    by_name = {r.name: r for r in recordings}
-    found = []
-    for group in repeats:
-        first = by_name[group[0]]
-        for name in group[1:]:
-            for a, b in zip(_trials(first), _trials(by_name[name]), strict=False):
-                x, y = own[first.name][link][a], own[name][link][b]
-                count = min(len(x), len(y))
-                found.append((x[:count] - y[:count]) / np.sqrt(2.0))
-    return [x for x in found if np.isfinite(x).sum() > 4 * ORDER]
-
-
 def _of_laps(
     subject: Subject, recordings: Sequence[Recording], values: Values, link: str
 ) -> list[np.ndarray]:
     """What the laps of a recording differ by, where its subject can say so."""
     found = [subject.repeats(recording, values) for recording in recordings]
     return [one[link] for one in found if one and np.isfinite(one[link]).sum() > 4 * ORDER]
-
-
-def _trials(recording: Recording, every: int = 10) -> list[slice]:
-    return [
-        slice(span.start // every, span.stop // every) for span in recording.spans if span.trial
-    ] or [slice(None)]
 
 
 def _roughness(

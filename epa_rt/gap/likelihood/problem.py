@@ -57,12 +57,13 @@ class Problem:
     ) -> None:
         self.subject, self.floors, self.recordings = subject, floors, tuple(recordings)
         self.links = tuple(link.name for link in subject.links if link.name in floors)
-        self.block_of_link = {link.name: link.block for link in subject.links}
         left_out = set(without)
-        self.effects: dict[str, Effect] = {
-            e.name: e for e in subject.catalogue if not {e.name, e.family} & left_out
-        }
         self.knobs: Mapping[str, Knob] = subject.knobs
+        self.effects: dict[str, Effect] = {
+            e.name: _with_other_starts(e, self.knobs)
+            for e in subject.catalogue
+            if not {e.name, e.family} & left_out
+        }
         self.nominal = tuple(knob.key for knob in subject.nominal)
         self.prepared = (
             dict(prepared)
@@ -373,3 +374,15 @@ class Problem:
     def each(self, function, items: Sequence) -> list:
         """``function`` of every item, in order, on both processors."""
         return each(function, items)
+
+
+def _with_other_starts(effect: Effect, knobs: Mapping[str, Knob]) -> Effect:
+    """The effect, where one of its starts is what the plant file has of it, from its absence in
+    place of that: else nothing would ask whether the rig has it.
+    """
+    here = tuple(knobs[key].value for key in effect.knobs)
+    gone = tuple(
+        knob.value if knob.absent is None else knob.absent
+        for knob in (knobs[key] for key in effect.knobs)
+    )
+    return effect._replace(starts=tuple(gone if one == here else one for one in effect.starts))

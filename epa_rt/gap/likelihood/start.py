@@ -36,7 +36,6 @@ def at_base(
     subject: Subject,
     recordings: Sequence[Recording],
     without: Sequence[str] = (),
-    repeats=None,
     seed: int = 0,
     floors=floors_of,
     progress: Progress = lambda stage, share: None,
@@ -58,7 +57,7 @@ def at_base(
         stop=stop,
     )
     rough = settled(first, rounds=2)
-    level = floors(subject, recordings, rough.values, repeats=repeats, seed=seed)
+    level = floors(subject, recordings, rough.values, seed=seed)
     problem = Problem(
         subject, recordings, level, without=without, prepared=first.prepared, stop=stop
     )
@@ -81,16 +80,13 @@ def start_of(
     subject: Subject,
     recordings: Sequence[Recording],
     without: Sequence[str] = (),
-    repeats=None,
     seed: int = 0,
     floors=floors_of,
     progress: Progress = lambda stage, share: None,
     stop: Callable[[], bool] | None = None,
 ) -> Start:
     """What every search begins from. Raises Stopped."""
-    problem, base, left = at_base(
-        subject, recordings, without, repeats, seed, floors, progress, stop
-    )
+    problem, base, left = at_base(subject, recordings, without, seed, floors, progress, stop)
     progress("free run", 0.12)
     return Start(problem, base, left, ground_of(problem, base.values))
 

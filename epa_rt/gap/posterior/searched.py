@@ -31,7 +31,6 @@ def searched(
     judge: Subject | None,
     numbers: Numbers,
     without: Sequence[str] = (),
-    repeats: Sequence[Sequence[str]] | None = None,
     seed: int = 0,
     floors: FloorsOf = floors_of,
     progress: Progress = lambda stage, share: None,
@@ -39,14 +38,14 @@ def searched(
 ) -> tuple[Start, Table]:
     """What the search begins from, and all models that are worth their fit. Raises Stopped.
 
-    ``aside``, ``judge``: as ``table_for`` takes them; ``repeats``, ``floors``: as ``start_of``.
+    ``aside``, ``judge``: as ``table_for`` takes them; ``floors``: as ``start_of``.
     """
 
     def of(level: FloorsOf, anew: int) -> tuple[Start, Table]:
         def part(stage: str, share: float) -> None:  # half of what is left to go
             progress(stage, 1.0 - 0.5**anew * (1.0 - 0.5 * share))
 
-        start = start_of(subject, recordings, without, repeats, seed, level, part, stop)
+        start = start_of(subject, recordings, without, seed, level, part, stop)
         return start, table_for(
             start, aside, judge, numbers, lambda stage, share: part(stage, 0.2 + 0.8 * share)
         )
@@ -56,7 +55,7 @@ def searched(
         best = posterior(table, numbers).models[0][0]
         if not best.effects or not _by_roughness(start):
             break
-        lower = _lower(start, floors(subject, recordings, best.values, repeats=repeats, seed=seed))
+        lower = _lower(start, floors(subject, recordings, best.values, seed=seed))
         if lower is None:
             break
         start, table = of(lambda *_, at=lower, **__: at, anew)

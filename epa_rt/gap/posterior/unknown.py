@@ -155,7 +155,7 @@ def inclusion(found: Found, families: Mapping[str, str]) -> dict[str, float]:
     """
     total: dict[str, float] = {}
     for model, probability in found.models:
-        for family in {families[name] for name in model.effects}:
+        for family in dict.fromkeys(families[name] for name in model.effects):
             total[family] = total.get(family, 0.0) + probability
     return dict(sorted(total.items(), key=lambda item: -item[1]))
 

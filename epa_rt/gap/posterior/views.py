@@ -197,7 +197,8 @@ class HeldOut:
         self._whole = ground.whole.subject if ground else None
         self._ready: list[tuple[object, float]] = []
         if isinstance(self._whole, AsOne) and ground is not None:
-            self._ready = [self._noise(one, ground.none.values) for one in recordings]
+            told = [one for one in recordings if (subject or problem.subject).told(one)]
+            self._ready = [self._noise(one, ground.none.values) for one in told]
 
     def _noise(self, recording: Recording, values: Values) -> tuple[object, float]:
         """What is prepared of a recording, and chi-square that noise alone leaves of it."""
@@ -211,13 +212,15 @@ class HeldOut:
     def blocks(self, values: Values) -> View:
         """Block by block at values that were fitted elsewhere."""
         problem, per_sample = self._problem, self._reading_noise.per_sample(values)
+        usual = problem.subject.usual
+        differs = usual.off if usual else dict.fromkeys(problem.links, 0.0)
         return View(
             {
                 link: Seen(
                     per_sample[link].mean * problem.samples(link),
                     float(residual @ residual) + per_sample[link].filtered * problem.samples(link),
                     loose=_loose(problem, link),
-                    off=per_sample[link].off * problem.samples(link),
+                    off=max(per_sample[link].off, differs[link]) * problem.samples(link),
                 )
                 for link in problem.links
                 for residual in [problem.residual(values, link)]

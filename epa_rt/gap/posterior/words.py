@@ -36,17 +36,17 @@ def sure_of(sets: Sets) -> tuple[str, ...]:
     return tuple(name for name in sets[0] if all(name in one for one in sets))
 
 
-def told_of_sets(sets: Sets, probability: Mapping[str, float]) -> str:
+def told_of_sets(sets: Sets, probability: Mapping[str, float], who: Mapping[str, Who]) -> str:
     """What is said of several sets, each of which may be the right one. ``probability``: of the
-    names of the first.
+    names of the first; ``who`` has each.
     """
     sure = sure_of(sets)
     if not sure:
         first = all_of([f"{plain(name)} ({probability[name]:.2f})" for name in sets[0]])
         return f"these logs do not tell which: {first}; or {'; or '.join(map(set_words, sets[1:]))}"
     more = dict.fromkeys(plain(name) for one in sets for name in one if name not in sure)
-    told = _told({name: plain(name) for name in sure}, probability, SAYS_OF["rig"])
-    return f"{told}; whether {all_of(list(more), 'or')} is too, these logs do not tell"
+    told = told_of_names({name: probability[name] for name in sure}, who, more=False)
+    return f"{told}; whether {all_of(list(more), 'or')} is a cause besides, these logs do not tell"
 
 
 def told_of_names(

@@ -10,6 +10,7 @@ import pytest
 
 from epa_rt.cli.gap.baseline import lacking
 from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.held_out.aside import split
 from epa_rt.gap.likelihood.floor import floors
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.report.traces import traces
@@ -125,6 +126,15 @@ def test_of_a_log_that_no_fit_sees_the_level_is_taken_off_within_bounds():
     )
     noise = float(np.nanstd(healthy().links["force"].noise))
     assert usual < 2.0 * noise and faulty > 5.0 * noise
+
+
+@pytest.mark.parametrize("friction", [1.0, 1.02, 1.05])
+def test_the_log_that_is_set_aside_has_no_level_of_its_own(friction):
+    logs = [run(seed, friction=friction) for seed in (50, 150, 250)]
+    fitted, _ = split(SinceBaseline(healthy()), logs)
+    names = [one.name for one in fitted.only(logs)]
+    again, _ = split(SinceBaseline(healthy(), names), logs)
+    assert len(names) == 2 and [one.name for one in again.only(logs)] == names
 
 
 def test_how_far_runs_differ_is_measured_and_bounds_what_one_more_may():

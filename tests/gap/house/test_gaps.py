@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from epa_rt.gap.held_out.aside import Part
 from epa_rt.gap.hygiene.check import check, clean
 from epa_rt.gap.likelihood.floor import floors
-from epa_rt.gap.likelihood.ground import judged
+from epa_rt.gap.likelihood.ground import ground_of, judged
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.posterior.views import HeldOut
 from epa_rt.gap.rig.house import smooth
 from epa_rt.gap.rig.house.commands import commands_of, lost_rows
 from epa_rt.gap.rig.house.prepared import unsteady
@@ -110,6 +112,9 @@ def test_free_run_follows_no_log_of_which_nobody_knows_what_the_rig_was_told():
         assert house.told(log) and house.told(gappy) == house.told(cleaned) == told
         part = Part(house, {cleaned.name: [(0, cleaned.samples)]})
         assert len(judged(house, [log, cleaned])) == len(judged(part, [cleaned])) + 1 == 1 + told
+        problem = Problem(house, [log], floors(house, [log], {}))
+        held_out = HeldOut(problem, ground_of(problem, {}), [cleaned], {})
+        assert (held_out.free_run({}) is not None) == told
 
 
 def test_one_step_of_a_target_is_no_leaping():

@@ -37,22 +37,32 @@ def test_who_has_an_effect_is_said():
 
 
 @pytest.mark.parametrize(
-    ("sets", "names", "words"),
+    ("sets", "names", "who", "words"),
     [
         (
             (("creep",), ("strap_compliance",)),
             {"creep": 0.5},
+            "rig",
             "these logs do not tell which: creep (0.50); or strap compliance",
         ),
         (
             (("creep", "threshold_pressure"), ("creep",)),
             {"creep": 1.0, "threshold_pressure": 0.6},
-            "creep (1.00) is missing; whether threshold pressure is too, these logs do not tell",
+            "rig",
+            "creep (1.00) is missing; whether threshold pressure is a cause besides, these logs do"
+            " not tell",
+        ),
+        (
+            (("creep", "threshold_pressure"), ("creep",)),
+            {"creep": 1.0, "threshold_pressure": 0.6},
+            "plant_file",
+            "creep (1.00) is in the plant file, and not in the rig; whether threshold pressure is"
+            " a cause besides, these logs do not tell",
         ),
     ],
 )
-def test_what_all_probable_sets_have_is_said_as_sure(sets, names, words):
-    assert told_of_sets(sets, names) == words
+def test_what_all_probable_sets_have_is_said_as_sure(sets, names, who, words):
+    assert told_of_sets(sets, names, dict.fromkeys(names, who)) == words
 
 
 def test_three_names_are_a_list():

@@ -88,9 +88,7 @@ class SinceBaseline(Plain):
         return f"{OF_RUN}{run}.{link}_{i + 1}"
 
     def of_any_run(self) -> "SinceBaseline":
-        """The same without a number for any run: of all of them the levels that suit best are taken
-        off.
-        """
+        """As Subject.of_any_run: of all of them the levels that suit best are taken off."""
         return SinceBaseline(self.healthy)
 
     def touched(self, key: str) -> tuple[str, ...]:
