@@ -188,9 +188,10 @@ def _edges(problem: Problem, link: str) -> np.ndarray:
 
 
 class _Ground:
-    """What steps are held against: a point, what it leaves, and where they may be.
+    """What steps are held against: a point with all that is free fitted again, what that leaves,
+    and where they may be. A fit to free run as well is none of the blocks' alone.
 
-    ``before`` (L,): chi-square above noise in floors that ``point`` leaves; ``most``: log evidence
+    ``before`` (L,): chi-square above noise in floors that it leaves; ``most``: log evidence
     that a step would gain that leaves nothing.
     """
 
@@ -208,7 +209,12 @@ class _Ground:
         self._noise = np.array([float(problem.samples(link)) for link in problem.links])
         self._freedom, share = numbers.freedom_of(BLOCKS), numbers.floor_share
         self._wide = np.array([scale(Seen(n, n), self._freedom, share) for n in self._noise])
-        self.before = self._excess(self._square)
+        still = np.zeros(len(free))
+        still[free] = -self._inverse @ self._slope
+        self._z = normal.z + still
+        self.before = self._excess(
+            self._square + 2.0 * self._vector @ still + still @ self._matrix @ still
+        )
         self.most = float(self._gained(np.zeros(len(self._noise))))
 
     def left(self, one: _Signature) -> _Left:
@@ -242,11 +248,11 @@ class _Ground:
         return 0.5 * self._freedom * fell.sum(axis=-1)
 
     def _strained(self, moved: np.ndarray) -> np.ndarray:
-        """(P,) what the prior of the nominal parameters gains by what they move."""
+        """(P,) what the prior of the nominal parameters gains by a move from the point."""
         normal = self._normal
         nominal = normal.prior > 0.0
         there, here = (
-            strain(View({}, normal.keys, z, nominal)) for z in (normal.z + moved, normal.z)
+            strain(View({}, normal.keys, z, nominal)) for z in (normal.z + moved, self._z)
         )
         return there - here
 
