@@ -106,16 +106,14 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
         check_columns(subject, arguments.rig, fitted + held)
         fitted, held = as_runs(fitted, subject), as_runs(held, subject)
     recordings, n = fitted + held, len(fitted)
-    of_file = (subject.rig.steps_by_column, subject.rig.asked_by_column) if rig is None else ()
-    findings = (
-        *check(recordings, rig, *of_file),
-        *(
-            (*check_sizes(recordings, subject.rig), *check_dead(recordings, subject.rig))
-            if rig is None
-            else ()
-        ),
-    )
-    findings = findings if rig is not None else _of_used(findings, subject)
+    if rig is None:
+        dead = check_dead(fitted, subject.rig, bool(subject.plant.effects))
+        dead += check_dead(held, subject.rig, True)  # the fitted logs say the scale
+        of_file = (subject.rig.steps_by_column, subject.rig.asked_by_column)
+        found = _without(check(recordings, None, *of_file), dead)
+        findings = _of_used((*found, *check_sizes(recordings, subject.rig), *dead), subject)
+    else:
+        findings = check(recordings, rig)
     _refused(findings)
     cleaned = clean(recordings, findings)
     if rig is None:
@@ -136,6 +134,12 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
         cleaned[n:],
         tuple(dict.fromkeys(finding.says for finding in findings)),
     )
+
+
+def _without(findings: "Sequence[Finding]", said: "Sequence[Finding]") -> "list[Finding]":
+    """The findings but for those on channels of which ``said`` has more of the same kind."""
+    known = {(one.log, one.channel, one.kind) for one in said}
+    return [one for one in findings if (one.log, one.channel, one.kind) not in known]
 
 
 def _of_used(findings: "Sequence[Finding]", subject: "Subject") -> "tuple[Finding, ...]":

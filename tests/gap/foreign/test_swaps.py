@@ -60,6 +60,12 @@ def test_no_effect_of_the_catalogue_looks_like_it(kind, times):
         assert not check_swaps([with_output(kind, strong)], subject), effect.name
 
 
+def test_an_output_without_a_value_is_no_channel_that_was_exchanged():
+    made, name = with_output("piston", {}), subject_of("piston").rig.channels["force"]
+    columns = {**made.columns, name: np.full(made.samples, np.nan)}
+    assert not check_swaps([replace(made, columns=columns)], subject_of("piston"))
+
+
 @pytest.mark.parametrize("kind", REAL)
 def test_real_recordings_are_let_through(kind, tmp_path):
     mapping, *names = REAL[kind]

@@ -107,7 +107,8 @@ def _left(
     """Part of the outputs' variance that the plant leaves, its nominal parameters fitted and those
     of an effect, the largest of all links; and rows that were judged.
     """
-    sizes = {link.name: float(np.nanstd(recording.columns[link.channel])) for link in subject.links}
+    outputs = {link.name: recording.columns[link.channel] for link in subject.links}
+    sizes = {name: float(np.nanstd(out)) for name, out in outputs.items() if _varies(out)}
     with np.errstate(all="ignore"):
         problem = Problem(
             subject.evenly(),
