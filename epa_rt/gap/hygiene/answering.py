@@ -24,7 +24,7 @@ def terms_of_motion(recording: Recording, names: Sequence[str]) -> np.ndarray:
     for name in names:
         values = regular(recording, name)
         spread = float(values.std())
-        if not spread > 0.0:
+        if not (np.ptp(values) > 0.0 and spread > 0.0):  # a constant's deviation is rounding
             continue
         own = (values - values.mean()) / spread
         steps = np.gradient(own)
@@ -35,6 +35,8 @@ def terms_of_motion(recording: Recording, names: Sequence[str]) -> np.ndarray:
     whole -= whole.mean(axis=1, keepdims=True)
     size = np.sqrt(np.einsum("pn,pn->p", whole, whole))
     whole = whole[size > 0.0]
+    if not len(whole):
+        return np.zeros((0, 0))
     whole /= size[size > 0.0, None]
     variance, vectors = np.linalg.eigh(whole @ whole.T)
     kept = variance > _STILL * variance[-1]

@@ -305,7 +305,7 @@ def _current(recording: Recording, rig: Rig) -> list[Finding]:
         np.gradient(v, recording.period_s)[trial],
     )
     x = regular(recording, motor.position)[trial]
-    if len(i) < 500 or np.std(a) == 0.0 or np.std(i) == 0.0:
+    if len(i) < 500 or np.ptp(a) == 0.0 or np.ptp(i) == 0.0:
         return []
     load = [
         regular(recording, row.name)[trial]
@@ -313,7 +313,7 @@ def _current(recording: Recording, rig: Rig) -> list[Finding]:
         if row.name.endswith("_n") and row.name in recording.columns
     ]
     basis = np.column_stack([a, v[trial], x, *load, np.ones(len(a))])
-    scale = basis.std(axis=0)
+    scale = np.where(np.ptp(basis, axis=0) > 0.0, basis.std(axis=0), 1.0)
     basis = basis / np.where(scale > 0.0, scale, 1.0)
     weights = np.linalg.lstsq(basis, i, rcond=None)[0]
     explained = 1.0 - np.var(i - basis @ weights) / np.var(i)

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from epa_rt.gap.finding import Finding
+from epa_rt.gap.hygiene.answering import terms_of_motion
 from epa_rt.gap.hygiene.check import check, clean
 from epa_rt.gap.hygiene.lines import check_lines
 from epa_rt.gap.recording import Recording
@@ -218,6 +219,17 @@ def test_cycles_that_go_back_or_leap_are_no_reason_to_fall_over():
     (cleaned,) = clean([lost], [one])
     left = cleaned.columns[FORCE][np.isfinite(cleaned.columns[FORCE])] - noise(13)
     assert len(left) == N and np.std(left) < 0.05
+
+
+@pytest.mark.parametrize("value", [0.0, 0.1, 730000.3])
+def test_a_motion_that_stands_still_answers_for_nothing(value):
+    still, force = np.full(N, value), hum(50.0) + noise(14)
+    (alone,) = check_lines([log(muscle_force_n=force)])
+    (beside,) = check_lines([log(muscle_force_n=force, motor_travel_m=still)])
+    assert beside.says == alone.says
+    made = log(muscle_force_n=force, motor_travel_m=still, ref_motor_travel_m=hum(0.5))
+    with_still = terms_of_motion(made, [PLACE, "ref_motor_travel_m"])
+    assert np.array_equal(with_still, terms_of_motion(made, ["ref_motor_travel_m"]))
 
 
 def test_a_sound_log_of_the_bench_stays_as_it_is_bit_for_bit():
