@@ -4,15 +4,18 @@ cannot be written.
 
 import argparse
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from epa_rt.cli.exits import VerbError
+from epa_rt.cli.gap.fits import check_trials
 from epa_rt.cli.gap.inputs import opened
 from epa_rt.cli.main import main
 from epa_rt.gap.diagnosis import Diagnosis
 from tests.cli.shell import RIGS, ROOT
-from tests.gap.foreign.made import with_output
+from tests.gap.foreign.made import one_trial, with_output
 from tests.gap.recorded import log_of
 
 RIG = RIGS / "bench.yaml"
@@ -65,6 +68,17 @@ def test_a_copy_of_a_log_is_no_holdout(log, tmp_path, capsys):
 def test_a_log_of_ours_with_a_rig_of_others(log, capsys):
     said = refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", log)
     assert "found a log of the rig 'bench', expected 'emps'" in said
+
+
+@pytest.mark.parametrize("found", [(), ("no footer: the file was cut at byte 98877",)])
+def test_a_log_without_a_trial_says_so_and_what_is_wrong_with_it(found):
+    made = one_trial("made", "cart", 0.01, {"place_m": np.zeros(9)})
+    check_trials([made])
+    spans = tuple(replace(span, trial=False) for span in made.spans)
+    for one in (spans, ()):
+        with pytest.raises(VerbError, match="^cut.mcap: found no trial.*, expected one") as error:
+            check_trials([made, replace(made, path="cut.mcap", spans=one, found=found)])
+        assert all(f"({sentence})" in str(error.value) for sentence in found)
 
 
 def test_a_column_that_the_rig_of_others_names_and_the_log_lacks(tmp_path, capsys):

@@ -48,6 +48,16 @@ def check_columns(subject, rig_file: Path, recordings: "Sequence[Recording]") ->
             )
 
 
+def check_trials(recordings: "Sequence[Recording]") -> None:
+    """Raises VerbError where a log has no trial, with what is wrong with it beside."""
+    for recording in recordings:
+        if not any(span.trial for span in recording.spans):
+            why = f" ({'; '.join(recording.found)})" if recording.found else ""
+            raise VerbError(
+                f"{recording.path}: found no trial{why}, expected one at least that can be judged"
+            )
+
+
 def check_judged(places: Sequence, subject) -> None:
     """Raises VerbError where not one block was judged: that would read as if there were no gap."""
     if not places:

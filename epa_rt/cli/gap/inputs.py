@@ -87,7 +87,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     """Rig and logs, the logs checked and cleaned. Raises VerbError, ConfigError where a diagnosis
     of them would mean nothing.
     """
-    from epa_rt.cli.gap.fits import check_columns
+    from epa_rt.cli.gap.fits import check_columns, check_trials
     from epa_rt.gap.hygiene.check import check, clean
     from epa_rt.gap.rig.foreign.dead import check_dead
     from epa_rt.gap.rig.foreign.noisy_place import narrowed
@@ -104,6 +104,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     _unique(fitted + held)
     if rig is None:
         check_columns(subject, arguments.rig, fitted + held)
+        check_trials(fitted + held)
         fitted, held = as_runs(fitted, subject), as_runs(held, subject)
     recordings, n = fitted + held, len(fitted)
     if rig is None:

@@ -115,6 +115,12 @@ def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathere
                 hold=True,
             )
         )
+        if not any(trial.judged for trial in trials):
+            raise located.error(
+                ("trials", "column"),
+                f"no number other than zero in the column {key.column}",
+                "a trial's number in some rows (without 'trials' the whole recording is one trial)",
+            )
     else:
         says += [
             f"trial {stretch.name} was to end at {stretch.end:g} s and is cut at {grid.t_s[-1]:.6g}"

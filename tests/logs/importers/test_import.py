@@ -332,6 +332,23 @@ def test_trials_by_a_column(imported, tmp_path):
     ]
 
 
+@pytest.mark.parametrize("number", ["0", ""])
+def test_a_column_of_trials_without_any_is_refused_where_the_mapping_names_it(
+    imported, tmp_path, number
+):
+    rows = csv_text().splitlines()
+    (tmp_path / "laps.csv").write_text(
+        "\n".join([rows[0] + ";lap", *(f"{row};{number}" for row in rows[1:])]) + "\n"
+    )
+    mapping = CSV.replace(
+        "trials: [{name: first, begin: 0.5 s, end: 1 s}]", "trials: {column: lap}"
+    ).replace("format: {", "format: {missing: [''], ")
+    line = mapping[: mapping.index("trials:")].count("\n") + 1
+    code, said, log = imported(mapping, tmp_path / "laps.csv")
+    assert code == 2 and not log.exists()
+    assert f"yaml:{line}: trials" in said and "no number other than zero in the column lap" in said
+
+
 def test_a_trial_that_was_to_end_after_the_recording_is_said_to_be_cut(imported, files):
     code, said, _ = imported(CSV.replace("end: 1 s", "end: 60 s"), files / "cart.csv")
     assert (
