@@ -46,6 +46,12 @@ def test_a_rig_of_this_house_is_not_foreign():
         ("  stroke: 0.25 m\n", "", "nothing", "the key 'stroke'"),
         ("stroke: 0.25 m", "strike: 0.25 m", "'strike'", "stroke"),
         ("force: motor_force_n", "power: motor_force_n", "'power'", "one of force, position"),
+        (
+            "force: motor_force_n",
+            "force: carriage_position_m",
+            "carriage_position_m for position and force",
+            "a column each",
+        ),
         ("lowpass: 50 Hz", "lowpass: 60 Hz", "60 Hz", "at most half the rate"),
         (
             "repeats_to: {force: 0.26 N}",

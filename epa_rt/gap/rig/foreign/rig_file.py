@@ -105,6 +105,7 @@ def load_rig(path: Path) -> ForeignRig:
                 "nothing",
                 f"the key '{channel.role}': the column with {channel.says}",
             )
+    _each_its_own(source, text.channels)
     plant = (path.parent / text.plant) if text.plant else None
     return ForeignRig(
         text.rig,
@@ -118,6 +119,17 @@ def load_rig(path: Path) -> ForeignRig:
         _slow_noise(source, component, text.slow_noise),
         _by_role(source, component, "repeats_to", text.repeats_to),
     )
+
+
+def _each_its_own(source: Located, channels: dict[str, str]) -> None:
+    """Raises ConfigError where two roles have one column: it would answer for itself."""
+    of_column: dict[str, str] = {}
+    for role, column in channels.items():
+        if column in of_column:
+            raise source.error(
+                ("channels", role), f"{column} for {of_column[column]} and {role}", "a column each"
+            )
+        of_column[column] = role
 
 
 def _by_role(
