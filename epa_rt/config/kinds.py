@@ -44,6 +44,12 @@ def kind_of(data: Any) -> str | None:
 def expect_kind(located: "Located", wanted: str) -> None:
     """Raises ConfigError where the file is one of another kind."""
     found = kind_of(located.data)
+    if found == wanted == "rig" and not {"bus", "kind"} & set(located.data):
+        raise located.error(
+            (),
+            "neither 'bus' nor 'kind'",
+            "bus: of a rig of this house, or kind: of a rig of others (carriage, shaft, ...)",
+        )
     if found is None or found == wanted:
         return
     own = next((key for key in (found, "kind", "rig", "plant") if key in located.data), None)

@@ -39,6 +39,19 @@ def test_every_shipped_file_is_known_and_refused_in_every_other_slot(folder):
             assert refused.value.expected == WORDS[wanted]
 
 
+def test_a_rig_file_without_bus_or_kind_is_told_so_before_its_other_keys(tmp_path):
+    from epa_rt.config.rig import load_rig
+
+    (tmp_path / "rig.yaml").write_text("rig: cart\nrate: 100 Hz\n")
+    with pytest.raises(ConfigError, match="^.*rig.yaml:1: found neither 'bus' nor 'kind', exp"):
+        load_rig(tmp_path / "rig.yaml")
+    for one in ("bus: []", "kind: carriage"):
+        (tmp_path / "rig.yaml").write_text(f"rig: cart\n{one}\n")
+        with pytest.raises(ConfigError) as error:
+            load_rig(tmp_path / "rig.yaml")
+        assert "neither" not in str(error.value)
+
+
 def test_a_log_where_yaml_is_expected_is_called_a_log(tmp_path):
     log = tmp_path / "a.yaml"
     log.write_bytes(b"\x89MCAP0\r\n" + bytes(range(256)))
