@@ -132,10 +132,17 @@ def _leaves(table: Table, t: np.ndarray, period_s: float, clock: Clock) -> str:
         if _TYPICAL_PERIODS * typical_s < period_s
         else ""
     )
+    jitter_s = _jitter_s(period_s, clock)
+    what = (
+        f"found a stamp {off_s[row] * 1e3:.6g} ms off a grid of {period_s * 1e3:.6g} ms, expected"
+        f" at most {jitter_s * 1e3:.6g} ms"
+        if off_s[row] > jitter_s
+        else f"found a stamp {(t[row] - t[row - 1]) * 1e3:.6g} ms after that of the row before, in"
+        f" the same cycle of {period_s * 1e3:.6g} ms, expected one row a cycle"
+    )
     return (
-        f"{table.place(row)}: found a stamp {off_s[row] * 1e3:.6g} ms off a grid of"
-        f" {period_s * 1e3:.6g} ms, expected at most {_jitter_s(period_s, clock) * 1e3:.6g} ms"
-        f" (give another period or jitter, or 'resample: linear', under clock{dense})"
+        f"{table.place(row)}: {what} (give another period or jitter, or 'resample: linear', under"
+        f" clock{dense})"
     )
 
 

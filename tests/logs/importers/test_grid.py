@@ -90,6 +90,20 @@ def test_a_clock_in_a_unit_of_its_own_leaves_no_log_of_one_row():
         grid_of(table(t), STATED)
 
 
+@pytest.mark.parametrize("unit", ["ms", "us"])
+def test_rows_of_one_cycle_are_said_to_be_that_and_not_off_the_grid(unit):
+    """Seconds that were taken for milliseconds."""
+    t = np.round(PERIOD_S * np.arange(200), 3)
+    with pytest.raises(ImportRefused) as refused:
+        grid_of(table(t), Clock(column="t", unit=unit, period="10 ms"))
+    said, step_ms = str(refused.value), 0.01 if unit == "ms" else 1e-5
+    assert said.startswith(
+        f"log.csv:3: found a stamp {step_ms:g} ms after that of the row before, in the same cycle"
+        " of 10 ms, expected one row a cycle"
+    )
+    assert "off a grid" not in said and "is the clock's unit right?" in said
+
+
 @pytest.mark.parametrize("at", [60, 100, 140, 300])
 def test_the_row_that_is_named_is_the_one_where_the_stamps_step(at):
     off = np.zeros(400)
