@@ -110,3 +110,21 @@ def test_a_place_that_counts_from_far_away_is_held_against_the_stroke_about_its_
     found = check_sizes([far], rig)
     assert [one.severity for one in found] == ["refuse"] * (like is not None)
     assert all(f"too {like}" in one.says and "about its middle" in one.says for one in found)
+
+
+@pytest.mark.parametrize(
+    ("strokes", "like"), [(500.0, "too small"), (-500.0, "too small"), (40.0, "too far from it")]
+)
+def test_a_middle_that_the_place_never_comes_near_is_suspected_beside_the_import(strokes, like):
+    subject, made = subject_of("carriage"), with_output("carriage", {})
+    settings = subject.rig.settings
+    middle = strokes * settings["stroke"]
+    (finding,) = check_sizes([made], replace(subject.rig, settings={**settings, "middle": middle}))
+    assert f"about its middle of {middle:.3g} m" in finding.says and like in finding.says
+    assert finding.says.endswith("scale of the import may be wrong, or the setting 'middle'")
+    name = subject.rig.channels["position"]
+    (far,) = check_sizes(
+        [replace(made, columns={**made.columns, name: 1e3 * made.columns[name]})],
+        replace(subject.rig, settings={**settings, "middle": 0.0}),
+    )
+    assert far.says.endswith("scale of the import may be wrong")

@@ -67,12 +67,20 @@ def _checked(recording: Recording, rig: ForeignRig, channel) -> Finding | None:
     if size == 0.0 or not small and off <= most * expected:
         return None
     about = f" about its middle of {middle:.3g} {unit}" if middle else ""
+    looks = (
+        "they look too small"
+        if small
+        else "they look too large"
+        if size > most * expected or not middle
+        else "they lie too far from it"
+    )
+    other = ", or the setting 'middle'" if middle else ""
     return Finding(
         "refuse",
         "units",
         recording.name,
         name,
         f"{recording.name}: {name}: found values of up to {size:.3g} {unit}, expected about"
-        f" {expected:.3g} {unit}{about} ({channel.size} in the rig file): they look too"
-        f" {'small' if small else 'large'}, a unit or a scale of the import may be wrong",
+        f" {expected:.3g} {unit}{about} ({channel.size} in the rig file): {looks}, a unit or a"
+        f" scale of the import may be wrong{other}",
     )
