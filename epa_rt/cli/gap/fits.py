@@ -62,10 +62,19 @@ def check_judged(places: Sequence, subject) -> None:
     """Raises VerbError where not one block was judged: that would read as if there were no gap."""
     if not places:
         from epa_rt.gap.likelihood.floor import ORDER
+        from epa_rt.gap.rig.foreign.subject import ForeignSubject
 
+        beside = ""
+        if isinstance(subject, ForeignSubject):
+            ends_s = 2.0 * subject.rig.component.settled / subject.rig.lowpass_hz
+            beside = (
+                f" beside the {ends_s:.3g} s at most that the low-pass takes at both ends,"
+                f" {ORDER / subject.rate_hz + ends_s:.3g} s together"
+            )
         raise VerbError(
             f"found no stretch of these logs on which a block of the rig {subject.name} can be"
-            f" judged, expected more than {ORDER} rows in a row: longer motions, or fewer holes"
+            f" judged, expected more than {ORDER} rows in a row at {subject.rate_hz:g} Hz{beside}:"
+            " longer motions, or fewer holes"
         )
 
 

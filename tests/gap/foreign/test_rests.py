@@ -137,8 +137,20 @@ def test_motions_that_are_shorter_than_the_noise_s_memory_are_no_answer(tmp_path
     places = localise(cart, {"log": cart.prepare(log)}, {}, {"force": floor})
     assert bool(places) is judged
     if not judged:
-        with pytest.raises(VerbError, match="16 rows in a row"):
+        with pytest.raises(VerbError, match="16 rows in a row at 10 Hz beside the 2.5 s") as error:
             check_judged(places, cart)
+        assert "both ends, 4.1 s together: longer motions" in str(error.value)
+
+
+@pytest.mark.parametrize(("rows", "judged"), [(66, False), (67, True)])
+def test_a_motion_is_judged_from_the_length_on_that_is_said(tmp_path, rows, judged):
+    """At 100 Hz behind 20 Hz: 16 rows, and 25 at each end."""
+    cart = opened(tmp_path, RIG.replace("40 Hz", "20 Hz"), PLANT)
+    t = np.arange(rows) * 0.01
+    columns = {"place_m": 0.1 * t, "force_n": 5.0 + np.sin(7.0 * t)}
+    log = one_trial("log", "cart", 0.01, columns)
+    floor = white("force", 0.1, "sensors")
+    assert bool(localise(cart, {"log": cart.prepare(log)}, {}, {"force": floor})) is judged
 
 
 def test_strokes_of_a_carriage_without_a_gap_show_none(cart):
