@@ -2,15 +2,28 @@
 them.
 """
 
+import ast
 import importlib
 import traceback
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
 from epa_rt.config.source import ConfigError
 
 Kind = TypeVar("Kind")
+Found = TypeVar("Found")
+RUNS = "a law that runs"
+
+
+class Fault(Exception):
+    """What is found and what is expected of a file of a room. ``word``: a keyword or a text of what
+    makes its constant, which says the line.
+    """
+
+    def __init__(self, word: str, found: str, expected: str) -> None:
+        super().__init__(word, found, expected)
+        self.word, self.found, self.expected = word, found, expected
 
 
 def held(
@@ -30,16 +43,50 @@ def held(
             constant = vars(importlib.import_module(f"{room}.{file.stem}")).get(name)
         except Exception as error:
             said = f"{type(error).__name__}: {error}"
-            raise ConfigError(file, _line(error, file), "", said, "Python that runs") from error
+            raise ConfigError(
+                file, _line(error, file) or 1, "", said, "Python that runs"
+            ) from error
         if not isinstance(constant, kind):
             raise ConfigError(file, 1, "", f"no {name}", f"{name} = {how}")
         found.append((file, constant))
     return found
 
 
+def sound(file: Path, name: str, of: str, check: Callable[[], Found]) -> Found:
+    """What a check finds of the constant ``name`` of a file, which is the effect ``of``. Raises
+    ConfigError, with file and line, for its Fault or for whatever else the file raises in it.
+    """
+    try:
+        return check()
+    except Fault as fault:
+        line = _line(fault, file) or line_of(file, name, fault.word)
+        raise ConfigError(file, line, of, fault.found, fault.expected) from None
+    except Exception as error:
+        line = _line(error, file) or line_of(file, name)
+        said = f"{type(error).__name__}: {error}"
+        raise ConfigError(file, line, of, said, RUNS) from error
+
+
+def line_of(file: Path, name: str, word: str = "") -> int:
+    """Line of ``word`` in what makes the constant ``name`` of a file that runs: a keyword of it or
+    a text in it; else the constant's own.
+    """
+    for made in ast.parse(file.read_bytes()).body:
+        names = made.targets if isinstance(made, ast.Assign) else [getattr(made, "target", None)]
+        if not any(isinstance(one, ast.Name) and one.id == name for one in names):
+            continue
+        for node in ast.walk(made) if word else ():
+            if isinstance(node, ast.keyword) and node.arg == word:
+                return node.lineno
+            if isinstance(node, ast.Constant) and node.value == word:
+                return node.lineno
+        return made.lineno
+    return 1
+
+
 def _line(error: Exception, file: Path) -> int:
-    """The last line of the file that led to an error, 1 where none did."""
+    """The last line of the file that led to an error, 0 where none did."""
     if isinstance(error, SyntaxError) and error.filename == str(file):
         return error.lineno or 1
     frames = traceback.extract_tb(error.__traceback__)
-    return next((f.lineno or 1 for f in reversed(frames) if f.filename == str(file)), 1)
+    return next((f.lineno or 1 for f in reversed(frames) if f.filename == str(file)), 0)

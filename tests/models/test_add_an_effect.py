@@ -96,6 +96,10 @@ def test_the_example_of_the_page_is_short_and_pulls_as_its_law_says(tmp_path):
         ("0.0, 1e6,", "1.0, 1e6,", "within its bounds"),
         ("starts=((2e4, 0.0)", "starts=((2e4,)", "a value for each row"),
         ('the seams over squared stretch"', 'the seams", neutral=1.0', "its strength"),
+        ("starts=((2e4, 0.0), (2e4, 2e-6))", "starts=()", ":24: seam: found starts ()"),
+        ('row("seam_n_m2"', 'row("viscous_n_s_m"', ":21: seam: found row 'viscous_n_s_m'"),
+        ("if p.seam_n_m2", "if p.seam_n_m3", ":10: seam: found AttributeError"),
+        ("return 0.0", "return None", ":25: seam: found a pull None"),
     ],
 )
 def test_a_file_that_is_wrong_is_named_with_what_is_expected(old, new, says, tmp_path, monkeypatch):

@@ -19,6 +19,7 @@ from epa_rt.gap.rig.foreign.terms import LAWS
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "add-an-effect.md").read_text(encoding="utf-8")
 EXAMPLE = re.search(r"^```python\n(.*?)^```", PAGE.split("## To a rig of others")[1], re.M | re.S)
+STARTS = "starts=((0.5, BEGINS), (0.5, -BEGINS), (-0.5, BEGINS))"
 STIFFNESS_N_M, BEGINS_M, HALF_STROKE_M = 400.0, 0.03, 0.08
 # command lines, one after the other, with one more folder to look for laws in
 EPA = """
@@ -136,6 +137,12 @@ def test_the_example_of_the_page_is_short_and_its_effect_is_named(tmp_path):
         ("neutral=BEGINS", "neutral=3.0", "within its bounds"),
         ('scale="typical_force"', 'scale="typical_force", neutral=1.0', "its strength"),
         ("starts=((0.5, BEGINS)", "starts=((0.5,)", "a value for each number"),
+        (STARTS, "starts=()", ":28: bumper: found starts ()"),
+        (STARTS, "starts=(0.5, BEGINS)", ":28: bumper: found a start 0.5"),
+        ('"typical_force"', '"typical_forse"', ":24: bumper: found a scale with 'typical_forse'"),
+        ('bumper_n"] *', 'bumber_n"] *', ":13: bumper: found number 'friction.bumber_n'"),
+        ("m.place_ratio", "m.placeratio", ":13: bumper: found AttributeError"),
+        ("return n[", "return 0.0  # n[", ":29: bumper: found a force 0.0"),
     ],
 )
 def test_a_file_that_is_wrong_is_named_with_what_is_expected(old, new, says, tmp_path, monkeypatch):
@@ -146,3 +153,14 @@ def test_a_file_that_is_wrong_is_named_with_what_is_expected(old, new, says, tmp
     with pytest.raises(ConfigError, match="wrong.py.*" + re.escape(says)):
         laws.found(LAWS)
     sys.modules.pop(f"{laws.__name__}.wrong", None)
+
+
+def test_a_law_that_asks_for_a_screw_s_pitch_is_none_of_a_piston(tmp_path, monkeypatch):
+    text = example().replace('scale="typical_force"', 'scale="typical_force*pitch/pitch"')
+    for name, written in (("with_pitch.py", text), ("without.py", example())):
+        (tmp_path / name).write_text(written, encoding="utf-8")
+        monkeypatch.setattr(laws, "__path__", [str(tmp_path)])
+        (found,) = laws.found(LAWS)
+        assert found.asks == ({"pitch"} if name == "with_pitch.py" else set())
+        sys.modules.pop(f"{laws.__name__}.{Path(name).stem}", None)
+        (tmp_path / name).unlink()

@@ -118,11 +118,14 @@ def _nothing(n: Numbers) -> tuple[()]:
 
 @dataclass(frozen=True)
 class Law:
-    """One law: its effect, its numbers, and its force (N,) from motion and numbers."""
+    """One law: its effect, its numbers, and its force (N,) from motion and numbers. ``asks``: what
+    of it a carriage has and a piston has not.
+    """
 
     effect: Effect
     parameters: tuple[Parameter, ...]
     force_n: Callable[[Motion, Numbers], np.ndarray]
+    asks: frozenset[str] = frozenset()
 
     @cached_property
     def strengths(self) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from epa_rt.gap.rig.foreign import terms
 from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
 from epa_rt.gap.rig.foreign.law import (
     LINK,
@@ -21,8 +22,10 @@ from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.reversals import REVERSALS, Turning, turning_of
 from epa_rt.gap.rig.foreign.signals import Signals, shifted
-from epa_rt.gap.rig.foreign.terms import LAWS, in_contact, motion_features, stray_force_n
+from epa_rt.gap.rig.foreign.terms import in_contact, motion_features, stray_force_n
 from epa_rt.gap.subject import Link
+
+LAWS = tuple(law for law in terms.LAWS if not law.asks)
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,7 @@ def predicted_n(prepared: Prepared, n: Numbers) -> np.ndarray:
         over = over + n["gas.pressure_lag_s"] * slope(over)
         read = read + n["gas.pressure_lag_s"] * slope(read)
     area = n["piston.area_m2"] * (1.0 + n["piston.taper_ratio"] * m.place_ratio)
-    force = area * read + n["friction.viscous_n_s_m"] * m.read_speed_m_s + stray_force_n(m, n)
+    force = area * read + n["friction.viscous_n_s_m"] * m.read_speed_m_s + stray_force_n(m, n, LAWS)
     if n["piston.mass_kg"] != 0.0:
         force = force + n["piston.mass_kg"] * m.read_acceleration_m_s2
     return force + n["friction.seal_ratio"] * n["piston.area_m2"] * over * m.sign
