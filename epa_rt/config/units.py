@@ -69,6 +69,14 @@ def with_unit(number: str, si_unit: str) -> str:
     return number if si_unit in ("1", "") else f"{number} {si_unit}"
 
 
+def suffix_of(si_unit: str) -> str:
+    """How a name ends that counts in a unit: 'N*s/m' as '_n_s_m', '1' as '_ratio'."""
+    if si_unit == "1":
+        return "_ratio"
+    words = si_unit.replace("N*m", "nm").replace("1/", "per_")
+    return "_" + re.sub(r"[*/]", "_", re.sub(r"[\^()]", "", words)).lower()
+
+
 _LBF = 4.4482216152605  # N, exact: 0.453 592 37 kg at 9.806 65 m/s^2 (NIST SP 811, B.8)
 _UNITS: dict[str, tuple[float, Dimension]] = {
     "m": (1.0, _dim(m=1)),

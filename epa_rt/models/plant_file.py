@@ -10,7 +10,7 @@ import yaml
 
 from epa_rt.config.kinds import expect_kind
 from epa_rt.config.source import Located, Location, load_yaml
-from epa_rt.config.units import UnitError, parse_quantity, with_unit
+from epa_rt.config.units import UnitError, parse_quantity, suffix_of, with_unit
 from epa_rt.models.parameters import BLOCKS, TWICE, Parameter, Table, effects, neutral_params
 
 SUBSTEPS = 2
@@ -158,59 +158,9 @@ def _names(table: Table) -> dict[str, Parameter]:
     return named
 
 
-_SUFFIXES = {
-    "s": "_s",
-    "V": "_v",
-    "ohm": "_ohm",
-    "N*m/A": "_nm_a",
-    "kg*m^2": "_kg_m2",
-    "A": "_a",
-    "rad/s": "_rad_s",
-    "1/s": "_per_s",
-    "1": "_ratio",
-    "A*s/rad": "_a_s_rad",
-    "A/rad": "_a_rad",
-    "N*m*s/rad": "_nm_s_rad",
-    "N*m": "_nm",
-    "N*m/rad": "_nm_rad",
-    "1/K": "_per_k",
-    "K/W": "_k_w",
-    "m": "_m",
-    "N": "_n",
-    "rad": "_rad",
-    "Pa": "_pa",
-    "K": "_k",
-    "J/(kg*K)": "_j_kg_k",
-    "m^3": "_m3",
-    "m^3/(s*Pa)": "_m3_s_pa",
-    "Pa*s/kg": "_pa_s_kg",
-    "N*s/m": "_n_s_m",
-    "m/s": "_m_s",
-    "N/m": "_n_m",
-    "m/N": "_m_n",
-    "m^2": "_m2",
-    "N/m^2": "_n_m2",
-    "N*s/(m*Pa)": "_n_s_m_pa",
-    "N*s^2/(m^2*Pa)": "_n_s2_m2_pa",
-    "kg": "_kg",
-    "m/s^2": "_m_s2",
-    "1/rad": "_per_rad",
-    "1/A": "_per_a",
-    "s/kg": "_s_kg",
-    "s/m": "_s_m",
-    "1/m": "_per_m",
-    "Hz": "_hz",
-    "N/Pa": "_n_pa",
-    "Pa/N": "_pa_n",
-    "1/N": "_per_n",
-    "1/Pa": "_per_pa",
-    "1/rad^2": "_per_rad2",
-}
-
-
 def stem_of(row: Parameter) -> str:
     """A row's name without its unit suffix ('braid_length' of braid_length_m)."""
-    return row.name.removesuffix(_SUFFIXES[row.unit])
+    return row.name.removesuffix(suffix_of(row.unit))
 
 
 def _quantity(source: Located, where: Location, row: Parameter, quantity: Any) -> float:

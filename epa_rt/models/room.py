@@ -4,12 +4,14 @@ them.
 
 import ast
 import importlib
+import math
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
 from epa_rt.config.source import ConfigError
+from epa_rt.config.units import UnitError, suffix_of, unit
 
 Kind = TypeVar("Kind")
 Found = TypeVar("Found")
@@ -17,8 +19,8 @@ RUNS = "a law that runs"
 
 
 class Fault(Exception):
-    """What is found and what is expected of a file of a room. ``word``: a keyword or a text of what
-    makes its constant, which says the line.
+    """What is found and what is expected of a file of a room. ``word``: a function of it, or a
+    keyword or a text of what makes its constant, which says the line.
     """
 
     def __init__(self, word: str, found: str, expected: str) -> None:
@@ -67,11 +69,36 @@ def sound(file: Path, name: str, of: str, check: Callable[[], Found]) -> Found:
         raise ConfigError(file, line, of, said, RUNS) from error
 
 
+def check_start(start: object, names: Sequence[str], bounds: Sequence[tuple[float, float]]) -> None:
+    """That a start is a value for each of ``names``, within its ``bounds``. Raises Fault."""
+    if not isinstance(start, (tuple, list)) or len(start) != len(names):
+        raise Fault("starts", f"a start {start}", f"a value for each of {', '.join(names)}")
+    for value, name, (low, high) in zip(start, names, bounds, strict=True):
+        if not low <= value <= high:
+            raise Fault("starts", f"a start of '{name}' at {value:g}", f"{low:g} to {high:g}")
+
+
+def check_unit(name: str, si_unit: str) -> None:
+    """That a number counts in an SI unit and ends in it. Raises Fault."""
+    try:
+        factor, _ = unit(si_unit)
+    except UnitError as error:
+        found, _, expected = str(error).removeprefix("found ").partition(", expected ")
+        raise Fault(name, f"'{name}' with {found}", expected) from None
+    if not math.isclose(factor, 1.0):
+        raise Fault(name, f"'{name}' with unit '{si_unit}'", "an SI unit such as N, m or N*s/m")
+    if not name.endswith(suffix_of(si_unit)):
+        ending = f"a name that ends in its unit, {suffix_of(si_unit)}"
+        raise Fault(name, f"'{name}' with unit '{si_unit}'", ending)
+
+
 def line_of(file: Path, name: str, word: str = "") -> int:
-    """Line of ``word`` in what makes the constant ``name`` of a file that runs: a keyword of it or
-    a text in it; else the constant's own.
+    """Line of ``word`` in a file that runs: a function of it, or a keyword or a text of what makes
+    its constant ``name``; else the constant's own.
     """
     for made in ast.parse(file.read_bytes()).body:
+        if isinstance(made, ast.FunctionDef) and made.name == word:
+            return made.lineno
         names = made.targets if isinstance(made, ast.Assign) else [getattr(made, "target", None)]
         if not any(isinstance(one, ast.Name) and one.id == name for one in names):
             continue

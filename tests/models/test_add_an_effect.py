@@ -14,6 +14,9 @@ import pytest
 
 from epa_rt.config.source import ConfigError
 from epa_rt.models import added
+from epa_rt.models.catalogue import CATALOGUE
+from epa_rt.models.knobs import row_of
+from epa_rt.models.room import check_start, check_unit
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "add-an-effect.md").read_text(encoding="utf-8")
@@ -94,18 +97,29 @@ def test_the_example_of_the_page_is_short_and_pulls_as_its_law_says(tmp_path):
             "found no ADDITION, expected ADDITION = of_muscle(",
         ),
         ("0.0, 1e6,", "1.0, 1e6,", "within its bounds"),
-        ("starts=((2e4, 0.0)", "starts=((2e4,)", "a value for each row"),
+        ("starts=((2e4, 0.0)", "starts=((2e4,)", "a value for each of seam_n_m2, seam_per_pa"),
         ('the seams over squared stretch"', 'the seams", neutral=1.0', "its strength"),
         ("starts=((2e4, 0.0), (2e4, 2e-6))", "starts=()", ":24: seam: found starts ()"),
-        ('row("seam_n_m2"', 'row("viscous_n_s_m"', ":21: seam: found row 'viscous_n_s_m'"),
+        (
+            'row("seam_n_m2", "N/m^2"',
+            'row("viscous_n_s_m", "N*s/m"',
+            ":21: seam: found row 'viscous_n_s_m'",
+        ),
         ("if p.seam_n_m2", "if p.seam_n_m3", ":10: seam: found AttributeError"),
-        ("return 0.0", "return None", ":25: seam: found a pull None"),
+        ("return 0.0", "return None", ":8: seam: found a pull None"),
+        ("return 0.0", "return 1.0", ":8: seam: found a pull of 1 N at seam_n_m2 0"),
+        ("@compiled", "", ":8: seam: found tension_n without @compiled"),
+        ("starts=((2e4", "starts=((2e9", ":24: seam: found a start of 'seam_n_m2' at 2e+09"),
+        ('"N/m^2"', '"foo"', ":21: seam: found 'seam_n_m2' with unit 'foo'"),
+        ('"N/m^2"', '"N/m"', "a name that ends in its unit, _n_m"),
+        ('name="seam"', 'name="leak"', ":16: leak: found effect 'leak'"),
     ],
 )
 def test_a_file_that_is_wrong_is_named_with_what_is_expected(old, new, says, tmp_path, monkeypatch):
     assert old in example()
     (tmp_path / "wrong_seam.py").write_text(example().replace(old, new), encoding="utf-8")
     monkeypatch.setattr(added, "__path__", [str(tmp_path)])
+    monkeypatch.delitem(sys.modules, f"{added.__name__}.wrong_seam", raising=False)
     with pytest.raises(ConfigError, match="wrong_seam.py.*" + re.escape(says)):
         added.found()
     sys.modules.pop(f"{added.__name__}.wrong_seam", None)
@@ -132,3 +146,13 @@ def test_a_rig_that_has_it_is_found_to_have_it(tmp_path):
     named = {found["name"]: found for found in answer["effects"]}
     assert named["seam"]["confidence"] > 0.9
     assert named["seam"]["parameters"][0]["value"] == pytest.approx(3e4, rel=0.02)
+
+
+def test_every_number_of_an_effect_of_this_house_is_called_as_its_unit_asks():
+    for effect in CATALOGUE:
+        assert effect.starts
+        rows = [row_of(key)[1] for key in effect.knobs]
+        for row in rows:
+            check_unit(row.name, row.unit)
+        for start in effect.starts:
+            check_start(start, effect.knobs, [(row.low, row.high) for row in rows])

@@ -5,6 +5,9 @@ one to the muscle (docs/add-an-effect.md).
 from functools import partial
 
 from epa_rt.models.addition import Addition
+from epa_rt.models.catalogue_chain import CHAIN
+from epa_rt.models.catalogue_muscle import GAS_EFFECTS, MUSCLE_EFFECTS
+from epa_rt.models.catalogue_sensors import SENSOR_EFFECTS
 from epa_rt.models.room import held, sound
 from epa_rt.models.sound_addition import check_pull, check_said
 from epa_rt.models.tables_muscle import MUSCLE
@@ -14,13 +17,15 @@ HOW = "of_muscle(...) of epa_rt.models.addition"
 
 def found() -> tuple[Addition, ...]:
     """The ``ADDITION`` of every file of this room, in order of the files' names. Raises
-    ConfigError, with file and line, for one that has none, for a row that is taken, and for an
+    ConfigError, with file and line, for one that has none, for a name that is taken, and for an
     effect that no fit could ask.
     """
     there = held(__name__, __path__, "ADDITION", Addition, HOW)
-    taken = {row.name for row in MUSCLE}
+    others = (*CHAIN, *GAS_EFFECTS, *MUSCLE_EFFECTS, *SENSOR_EFFECTS)
+    names, taken = {one.name for one in others}, {row.name for row in MUSCLE}
     for file, one in there:
-        sound(file, "ADDITION", one.effect.name, partial(check_said, one, taken))
+        sound(file, "ADDITION", one.effect.name, partial(check_said, one, names, taken))
+        names.add(one.effect.name)
         taken.update(row.name for row in one.rows)
     rows = tuple(row for _, one in there for row in one.rows)
     for file, one in there:

@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ import pytest
 
 from epa_rt.config.source import ConfigError
 from epa_rt.gap.rig.foreign import laws
+from epa_rt.gap.rig.foreign.kinds import KINDS
+from epa_rt.gap.rig.foreign.sound_law import asked_of_a_trial, check_said
 from epa_rt.gap.rig.foreign.terms import LAWS
 
 ROOT = Path(__file__).parents[3]
@@ -136,13 +139,21 @@ def test_the_example_of_the_page_is_short_and_its_effect_is_named(tmp_path):
         ("bumper_begins_ratio", "coulomb_n", "a name that no other number has"),
         ("neutral=BEGINS", "neutral=3.0", "within its bounds"),
         ('scale="typical_force"', 'scale="typical_force", neutral=1.0', "its strength"),
-        ("starts=((0.5, BEGINS)", "starts=((0.5,)", "a value for each number"),
+        ("starts=((0.5, BEGINS)", "starts=((0.5,)", "each of bumper_n, bumper_begins_ratio"),
         (STARTS, "starts=()", ":28: bumper: found starts ()"),
         (STARTS, "starts=(0.5, BEGINS)", ":28: bumper: found a start 0.5"),
         ('"typical_force"', '"typical_forse"', ":24: bumper: found a scale with 'typical_forse'"),
         ('bumper_n"] *', 'bumber_n"] *', ":13: bumper: found number 'friction.bumber_n'"),
         ("m.place_ratio", "m.placeratio", ":13: bumper: found AttributeError"),
-        ("return n[", "return 0.0  # n[", ":29: bumper: found a force 0.0"),
+        ("return n[", "return 0.0  # n[", ":11: bumper: found a force 0.0"),
+        ("starts=((0.5", "starts=((-50", ":28: bumper: found a start of 'bumper_n' at -50"),
+        ('"bumper_n", "N"', '"bumper_n", "foo"', ":24: bumper: found 'bumper_n' with unit 'foo'"),
+        ('"bumper_n", "N"', '"bumper_n", "m"', "a name that ends in its unit, _m"),
+        ('"bumper_n", "N"', '"bumper_n", "kN"', "an SI unit such as"),
+        ('"bumper_begins_ratio"', '"bumper_begins"', "a name that ends in its unit, _ratio"),
+        ("spread=0.5", "spread=0", ":24: bumper: found 'friction.bumper_n' spread 0"),
+        ("return n[", "return 1.0 + n[", ":11: bumper: found a force of 1 N at"),
+        ("m.place_ratio -", "m.place_ratio / 0 -", ":11: bumper: found a force that is not finite"),
     ],
 )
 def test_a_file_that_is_wrong_is_named_with_what_is_expected(old, new, says, tmp_path, monkeypatch):
@@ -164,3 +175,31 @@ def test_a_law_that_asks_for_a_screw_s_pitch_is_none_of_a_piston(tmp_path, monke
         assert found.asks == ({"pitch"} if name == "with_pitch.py" else set())
         sys.modules.pop(f"{laws.__name__}.{Path(name).stem}", None)
         (tmp_path / name).unlink()
+
+
+def test_every_law_of_the_catalogue_is_sound():
+    for law in LAWS:
+        check_said(law, (), ())
+        assert not asked_of_a_trial(law, LAWS)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('"bumper"', '"backlash"', ":17: found effect 'backlash'"),
+        ('"bumper_n", "N"', '"load_ratio", "1"', ":24: found number 'friction.load_ratio'"),
+    ],
+)
+def test_a_name_that_a_carriage_has_is_said_with_the_file(old, new, says, tmp_path, monkeypatch):
+    text = example().replace(old, new)
+    if "load_ratio" in new:
+        text = text.replace("friction.bumper_n", "friction.load_ratio")
+    (tmp_path / "taken.py").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(laws, "__path__", [str(tmp_path)])
+    (law,) = laws.found(LAWS)
+    sys.modules.pop(f"{laws.__name__}.taken", None)
+    one = KINDS["carriage"]
+    with pytest.raises(ConfigError, match="taken.py" + re.escape(says)):
+        replace(
+            one, effects=(*one.effects, law.effect), parameters=(*one.parameters, *law.parameters)
+        )

@@ -7,7 +7,6 @@ A new kind of rig is one module with a ``Component`` in it, entered in ``kinds.p
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -140,12 +139,16 @@ class Component:
 
     def __post_init__(self) -> None:
         """Raises ConfigError where two effects, or two numbers, have one name."""
-        for names in ([one.name for one in self.effects], [one.key for one in self.parameters]):
+        for what, names in (
+            ("effect", [one.name for one in self.effects]),
+            ("number", [one.key for one in self.parameters]),
+        ):
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
-                raise ConfigError(
-                    Path(__file__).parent / "laws", 1, self.kind, f"'{twice[0]}' twice", "it once"
-                )
+                from epa_rt.gap.rig.foreign.laws import place
+
+                expected = f"a name that no other {what} of a {self.kind} has"
+                raise ConfigError(*place(twice[0]), "", f"{what} '{twice[0]}'", expected)
 
 
 def scaled(scale: str, settings: Numbers) -> float:

@@ -10,6 +10,7 @@ import yaml
 
 from epa_rt.config.kinds import expect_kind
 from epa_rt.config.source import Located, Location, load_yaml
+from epa_rt.config.units import suffix_of
 from epa_rt.gap.rig.foreign.component import Component, Parameter, scaled
 from epa_rt.gap.rig.foreign.rig_file import ForeignRig, bounded
 
@@ -39,21 +40,6 @@ def sized(parameter: Parameter, settings: dict[str, float]) -> Parameter:
     )
     return parameter._replace(
         neutral=neutral, low=low, high=parameter.high * size, spread=parameter.spread * size
-    )
-
-
-def suffix_of(unit: str) -> str:
-    """How a name ends that counts in a unit: 'N*s/m' as '_n_s_m', '1' as '_ratio'."""
-    if unit == "1":
-        return "_ratio"
-    return (
-        "_"
-        + unit.replace("N*m", "nm")
-        .replace("1/", "per_")
-        .replace("*", "_")
-        .replace("/", "_")
-        .replace("^", "")
-        .lower()
     )
 
 

@@ -12,10 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from epa_rt.config.units import suffix_of
 from epa_rt.gap.rig.foreign import carriage
 from epa_rt.gap.rig.foreign.component import Channel, Numbers, Parameter, Setting, effect
 from epa_rt.gap.rig.foreign.law import Law
-from epa_rt.gap.rig.foreign.plant_file import stem, suffix_of
+from epa_rt.gap.rig.foreign.plant_file import stem
 from epa_rt.gap.rig.foreign.reversals import Turning
 from epa_rt.gap.rig.foreign.signals import Signals
 from epa_rt.gap.rig.foreign.terms import LAWS

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from epa_rt.config.units import suffix_of
 from epa_rt.gap.diagnosis import Change
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign.component import Experiment
@@ -24,7 +25,6 @@ from epa_rt.gap.rig.foreign.healthy import (
     quantity_keys,
     shapes_of,
 )
-from epa_rt.gap.rig.foreign.plant_file import suffix_of
 from epa_rt.gap.subject import CHANGED, OF_RUN, Plain, Usual, Values
 from epa_rt.models.effect import Effect, Knob
 

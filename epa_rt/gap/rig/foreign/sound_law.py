@@ -1,5 +1,6 @@
 """Whether a law of a file can be fitted: what it says of its numbers, and its force, asked once."""
 
+import math
 from collections.abc import Container, Iterable, Mapping
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from epa_rt.gap.rig.foreign.component import Parameter, scaled
 from epa_rt.gap.rig.foreign.law import Law, Motion
 from epa_rt.gap.rig.foreign.plant_file import sized
-from epa_rt.models.room import Fault
+from epa_rt.models.room import Fault, check_start, check_unit
 
 ROWS, PERIOD_S = 40, 0.01
 # of a small carriage, in SI
@@ -72,9 +73,9 @@ def check_said(law: Law, names: Container[str], keys: Container[str]) -> None:
     starts: object = law.effect.starts
     if not isinstance(starts, (tuple, list)) or not starts:
         raise Fault("starts", f"starts {starts}", "one or more, each a value for each number")
+    rows = law.parameters
     for start in starts:
-        if not isinstance(start, (tuple, list)) or len(start) != len(law.parameters):
-            raise Fault("starts", f"a start {start}", "a value for each number")
+        check_start(start, [row.name for row in rows], [(row.low, row.high) for row in rows])
 
 
 def _check_number(number: Parameter, of: str, keys: Container[str]) -> None:
@@ -85,6 +86,9 @@ def _check_number(number: Parameter, of: str, keys: Container[str]) -> None:
     neutral = number.neutral
     if neutral is None or not number.low <= neutral <= number.high:
         raise Fault(number.name, f"'{number.key}' neutral {neutral}", "one within its bounds")
+    if not 0.0 < number.spread < math.inf:
+        raise Fault(number.name, f"'{number.key}' spread {number.spread:g}", "one above 0")
+    check_unit(number.name, number.unit)
     scaled(number.scale, _Asked(SETTINGS, "a scale with", word=number.name))
 
 
@@ -99,16 +103,32 @@ def asked_of_a_trial(law: Law, others: Iterable[Law]) -> frozenset[str]:
     there = {**SETTINGS, **NOMINAL, **_neutral(others)}
     neutral = [*_neutral((law,)).values()]
     starts = [[x * size for x, size in zip(one, scales, strict=True)] for one in law.effect.starts]
-    for values in (neutral, *starts):
-        own = dict(zip(law.effect.knobs, values, strict=True))
+    off = [
+        [0.0 if key in law.strengths else x for key, x in zip(law.effect.knobs, one, strict=True)]
+        for one in (neutral, *starts)
+    ]
+    for values in (*off, *starts):
+        own = dict(zip(law.effect.knobs, map(np.float64, values), strict=True))
         told = _Asked({**there, **own}, "number", (*own, *SETTINGS))
         with np.errstate(all="ignore"):
-            force_n: object = law.force_n(m, told)
-        if not isinstance(force_n, np.ndarray) or force_n.shape != (ROWS,):
-            shape = f"of shape {force_n.shape}" if isinstance(force_n, np.ndarray) else force_n
-            raise Fault("force_n", f"a force {shape}", f"an array of one per row, ({ROWS},) here")
+            force_n = law.force_n(m, told)
+        _check_force(force_n, law, values in off, own)
         asked |= told.asked
     return NOT_OF_A_PISTON & asked
+
+
+def _check_force(force_n: object, law: Law, is_off: bool, numbers: Mapping[str, float]) -> None:
+    word = getattr(law.force_n, "__name__", "force_n")
+    if not isinstance(force_n, np.ndarray) or force_n.shape != (ROWS,):
+        shape = f"of shape {force_n.shape}" if isinstance(force_n, np.ndarray) else force_n
+        raise Fault(word, f"a force {shape}", f"an array of one per row, ({ROWS},) here")
+    at = ", ".join(f"{key} {value:g}" for key, value in numbers.items())
+    finite = np.isfinite(force_n)
+    if is_off and force_n[finite].any():  # not asked there, it may end in 0/0
+        largest_n = np.abs(force_n[finite]).max()
+        raise Fault(word, f"a force of {largest_n:g} N at {at}", "0 N at strength 0")
+    if not is_off and not finite.all():
+        raise Fault(word, f"a force that is not finite at {at}", "a finite one in every row")
 
 
 def _neutral(laws: Iterable[Law]) -> dict[str, float]:

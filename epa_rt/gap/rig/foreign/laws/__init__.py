@@ -5,12 +5,23 @@ one to carriage, shaft and piston (docs/add-an-effect.md).
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 from epa_rt.gap.rig.foreign.law import Law
 from epa_rt.gap.rig.foreign.sound_law import asked_of_a_trial, check_said
-from epa_rt.models.room import held, sound
+from epa_rt.models.room import held, line_of, sound
 
 HOW = "law(...) of epa_rt.gap.rig.foreign.law"
+
+# where effects and numbers of this room are said
+FILES: dict[str, Path] = {}
+
+
+def place(name: str) -> tuple[Path, int]:
+    """File and line of an effect or a number; of one that is not of this room, the room."""
+    if name not in FILES:
+        return Path(__path__[0]), 1
+    return FILES[name], line_of(FILES[name], "LAW", name.rpartition(".")[2])
 
 
 def found(beside: Sequence[Law]) -> tuple[Law, ...]:
@@ -27,6 +38,7 @@ def found(beside: Sequence[Law]) -> tuple[Law, ...]:
         sound(file, "LAW", law.effect.name, partial(check_said, law, names, keys))
         names.add(law.effect.name)
         keys.update(law.effect.knobs)
+        FILES.update({one: file for one in (law.effect.name, *law.effect.knobs)})
     others = (*beside, *(law for _, law in there))
     asked = {
         file: sound(file, "LAW", law.effect.name, partial(asked_of_a_trial, law, others))
