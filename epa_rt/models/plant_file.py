@@ -69,7 +69,7 @@ def read_plant(source: Located) -> PlantFile:
 
 def _mapping(source: Located, where: Location, data: Any) -> dict:
     if not isinstance(data, dict):
-        raise source.error(where, repr(data), "a mapping")
+        raise source.error(where, "nothing" if data is None else repr(data), "a mapping")
     return data
 
 

@@ -53,6 +53,7 @@ def since(given: Opened, rig: Path, plant: Path | None, baseline: Sequence[Path]
     found = given.found
     if far := lacking(healthy):
         found = (*found, far)
+    noted = tuple(one for one in noted if one not in found)  # what is said of the plant file
     if noted:
         found = (*found, f"of the baseline's logs {len(noted)} notes, the first: {noted[0]}")
     return replace(given, subject=SinceBaseline(healthy, names), found=found)

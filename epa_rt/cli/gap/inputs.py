@@ -121,7 +121,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
         _refused(check_swaps(cleaned, subject))
         findings = (*findings, *check_signs(cleaned, subject), *check_rests(cleaned, subject))
         subject, loud = narrowed(subject, cleaned)
-        findings = (*findings, *loud)
+        findings = (*findings, *loud, *_of_plant_file(subject))
     else:
         _refused(check_early(cleaned, subject))
         subject, counted = as_counted(subject, cleaned[:n])
@@ -154,6 +154,13 @@ def _of_used(findings: "Sequence[Finding]", subject: "Subject") -> "tuple[Findin
         )
         for one in findings
     )
+
+
+def _of_plant_file(subject: "Subject") -> "list[Finding]":
+    """What of a plant file of a rig of others holds and may not be meant."""
+    from epa_rt.gap.finding import Finding
+
+    return [Finding("note", "plant file", "", "", says) for says in subject.plant.notes]
 
 
 def _refused(findings: "Sequence[Finding]") -> None:

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from epa_rt.cli.gap.inputs import _of_plant_file
 from epa_rt.config.source import ConfigError, parse_yaml
 from epa_rt.gap.rig.foreign import is_foreign, open_foreign
 from epa_rt.gap.rig.foreign.plant_file import read_plant
@@ -84,6 +85,8 @@ def test_a_rig_file_that_does_not_fit(tmp_path, text, by, found, expected):
             "as the rig",
         ),
         ("plant: emps", "plant: emps\neffects: {sticktion: {}}", "'sticktion'", "one of"),
+        ("plant: emps", "plant: emps\neffects: {coulomb: }", "found nothing", "a mapping"),
+        ("kind: carriage", "kind:", "found nothing", "carriage"),
         (
             "plant: emps",
             "plant: emps\neffects: {coulomb: {coulomb: 9 Nm}}",
@@ -98,6 +101,28 @@ def test_a_plant_file_that_does_not_fit(tmp_path, text, by, found, expected):
         opened(tmp_path, plant=PLANT.replace(text, by))
     said = str(error.value)
     assert re.match(r".*plant\.yaml:\d+: ", said) and found in said and expected in said, said
+
+
+@pytest.mark.parametrize(
+    ("effects", "says"),
+    [
+        ("{coulomb: {coulomb: 9 N}, spring: {spring: 2 N}}", ()),
+        ("{friction_over_place: {place_square: 2 N}, drive_gain: {gain: 1.1}}", ()),
+        ("{coulomb: {}}", (":1: effects.coulomb: found an effect without strength",)),
+        ("{stribeck: {stribeck_speed: 5 mm/s}}", ("its strength, 'stribeck', in N; as it stands",)),
+        ("{drive_gain: {}}", ("its strength, 'gain'; as it stands it does nothing",)),
+        (
+            "{coulomb: {coulomb: 9 N}, dahl: {dahl: 3 N}}",
+            (":1: effects.dahl: found coulomb and dahl, laws of one family (friction)",),
+        ),
+        ("{coulomb: {coulomb: 0 N}, dahl: {dahl: 3 N}}", ("effects.coulomb: found an effect",)),
+    ],
+)
+def test_what_of_a_plant_file_may_not_be_meant_is_noted(tmp_path, effects, says):
+    subject = opened(tmp_path, plant=f"effects: {effects}\n" + re.sub("effects: .*", "", PLANT))
+    notes = subject.plant.notes
+    assert len(notes) == len(says) and all(map(str.__contains__, notes, says)), notes
+    assert tuple(one.says for one in _of_plant_file(subject)) == notes
 
 
 def test_a_plant_file_that_is_not_there_is_told_where_the_rig_names_it(tmp_path):

@@ -2,7 +2,8 @@
 number with its unit.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,14 @@ from epa_rt.gap.rig.foreign.rig_file import ForeignRig, bounded
 @dataclass(frozen=True)
 class ForeignPlant:
     """``numbers``: every parameter by key in SI, neutral where the file is silent; ``effects``:
-    those the file names.
+    those the file names. ``notes``: what of the file holds and may not be meant, a sentence each.
     """
 
     name: str
     kind: str
     numbers: dict[str, float]
     effects: tuple[str, ...]
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
 
 def sized(parameter: Parameter, settings: dict[str, float]) -> Parameter:
@@ -59,7 +61,7 @@ def read_plant(source: Located, rig: ForeignRig) -> ForeignPlant:
     blocks = list(dict.fromkeys(p.block for p in nominal))
     if data.get("kind") != component.kind:
         raise source.error(
-            ("kind",), repr(data.get("kind")), f"{component.kind}, as the rig '{rig.name}' is"
+            ("kind",), _shown(data.get("kind")), f"{component.kind}, as the rig '{rig.name}' is"
         )
     for key in data:
         if key not in ("plant", "kind", "effects", *blocks):
@@ -67,7 +69,7 @@ def read_plant(source: Located, rig: ForeignRig) -> ForeignPlant:
                 (key,), f"'{key}'", "one of " + ", ".join(("plant", "kind", *blocks, "effects"))
             )
     if not isinstance(data.get("plant"), str):
-        raise source.error(("plant",), repr(data.get("plant")), "the plant's name")
+        raise source.error(("plant",), _shown(data.get("plant")), "the plant's name")
     numbers = {p.key: p.neutral for p in parameters if p.neutral is not None}
     for block in blocks:
         rows = [p for p in nominal if p.block == block]
@@ -75,12 +77,40 @@ def read_plant(source: Located, rig: ForeignRig) -> ForeignPlant:
         for row in rows:
             if row.key not in numbers:
                 raise source.error((block,), "nothing", f"the key '{stem(row)}', in {row.unit}")
-    return ForeignPlant(
-        data["plant"],
-        component.kind,
-        numbers | _effects(source, component, parameters),
-        tuple(data.get("effects") or ()),
-    )
+    numbers |= _effects(source, component, parameters)
+    named = tuple(data.get("effects") or ())
+    notes = _notes(source, component, parameters, numbers)
+    return ForeignPlant(data["plant"], component.kind, numbers, named, notes)
+
+
+def _notes(
+    source: Located,
+    component: Component,
+    parameters: Sequence[Parameter],
+    numbers: Mapping[str, float],
+) -> tuple[str, ...]:
+    """Notes on effects that the file names and that are absent by their numbers, and on laws of one
+    family that stand beside each other.
+    """
+    rows, found = {row.key: row for row in parameters}, []
+    acting: dict[str, list[str]] = {}
+    by_name = {effect.name: effect for effect in component.effects}
+    for name in source.data.get("effects") or ():
+        knobs = [rows[key] for key in by_name[name].knobs]
+        # of those that are 0 where it is absent one may be its strength, beside the first
+        asked = [row for row in knobs if row.neutral == 0.0 or knobs[0].neutral != 0.0]
+        if any(numbers[row.key] != row.neutral for row in asked):
+            acting.setdefault(by_name[name].family, []).append(name)
+            continue
+        unit = "" if knobs[0].unit == "1" else f", in {knobs[0].unit}"
+        expected = f"its strength, '{stem(knobs[0])}'{unit}; as it stands it does nothing"
+        found.append(source.error(("effects", name), "an effect without strength", expected))
+    for family, names in acting.items():
+        if len(names) > 1:
+            laws = f"{', '.join(names[:-1])} and {names[-1]}, laws of one family ({family})"
+            expected = "one of them; as it stands all of them act"
+            found.append(source.error(("effects", names[-1]), laws, expected))
+    return tuple(map(str, found))
 
 
 def _effects(
@@ -120,8 +150,12 @@ def stem(parameter: Parameter) -> str:
 
 def _mapping(source: Located, where: Location, data: Any) -> dict:
     if not isinstance(data, dict):
-        raise source.error(where, repr(data), "a mapping of keys to values")
+        raise source.error(where, _shown(data), "a mapping of keys to values")
     return data
+
+
+def _shown(data: Any) -> str:
+    return "nothing" if data is None else repr(data)
 
 
 def plant_text(plant: ForeignPlant, rig: ForeignRig, effects: tuple[str, ...]) -> str:
