@@ -128,6 +128,12 @@ def test_the_example_of_the_page_is_short_and_its_effect_is_named(tmp_path):
     assert begins == pytest.approx(BEGINS_M / HALF_STROKE_M, rel=0.02)
 
 
+def test_the_page_says_first_what_one_file_can_add():
+    begins = PAGE.split("## To a rig of others")[0]
+    for word in ("carriage", "shaft", "piston", "without memory", "chamber", "servo", "state"):
+        assert word in begins, word
+
+
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
