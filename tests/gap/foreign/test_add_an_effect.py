@@ -134,6 +134,13 @@ def test_the_page_says_first_what_one_file_can_add():
         assert word in begins, word
 
 
+def test_the_page_has_its_environment_before_its_first_command():
+    """And what to do where another checkout's ``epa`` does not know the law."""
+    begins = re.split(r"^    (?:epa|python) ", PAGE, maxsplit=1, flags=re.M)[0]
+    for said in ("    source .venv/bin/activate\n", "`epa gap catalogue`", "PYTHONPATH=$PWD"):
+        assert said in begins, said
+
+
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
