@@ -8,7 +8,7 @@ import pytest
 
 from epa_rt.benchmark.seal import seal
 from epa_rt.cli.gap.blind.cases import check_cases
-from epa_rt.cli.gap.blind.places import check_sealed
+from epa_rt.cli.gap.blind.places import alone, check_sealed
 from epa_rt.cli.main import main
 
 MAKE = ["make", "--seed", "1", "--cases", "1"]
@@ -24,6 +24,7 @@ MAKE = ["make", "--seed", "1", "--cases", "1"]
             "found no folder rigs in it",
         ),
         ([*MAKE, "-o", "{folder}"], "found a folder with files"),
+        (["matrix", "--seed", "1", "-o", "{folder}"], "found a folder with files"),
         (
             [*MAKE, "-o", "{folder}/new", "--kinds", "gremlin"],
             "found gremlin, expected some of single",
@@ -76,6 +77,19 @@ def test_one_sentence_and_exit_2(arguments, words, tmp_path, capsys):
     error = capsys.readouterr().err.strip()
     assert words in error and error.count("\n") == 0
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize("part", [MAKE, ["matrix", "--seed", "1"]])
+def test_a_folder_that_another_one_is_at_work_in_is_refused(part, tmp_path, capsys, monkeypatch):
+    out, words = tmp_path / "cases", ["gap", "blind", *part, "-o", str(tmp_path / "cases")]
+    with alone(out):
+        assert main(words) == 2
+        error = capsys.readouterr().err.strip()
+        assert "another epa gap blind is at work in" in error and error.count("\n") == 0
+    made = []
+    monkeypatch.setattr("epa_rt.cli.gap.blind.make.record_all", lambda *_, **__: made.append(1))
+    monkeypatch.setattr("epa_rt.benchmark.matrix.matrix", lambda *_: "")
+    assert main(words) == 0 and made and not [*out.iterdir()]
 
 
 @pytest.mark.parametrize(

@@ -32,12 +32,20 @@ from pathlib import Path
 
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, VerbError
 from epa_rt.cli.gap.blind.cases import check_cases
-from epa_rt.cli.gap.blind.places import check_answers, check_folder, check_sealed, sealed_of
+from epa_rt.cli.gap.blind.places import (
+    alone,
+    check_answers,
+    check_folder,
+    check_new,
+    check_sealed,
+    sealed_of,
+)
 from epa_rt.cli.gap.blind.rivals import RIVALS, beside_libraries, check_libraries
 from epa_rt.cli.gap.inputs import task_parser
 from epa_rt.cli.write import check_writable
 
 CASES = 120
+OUT = "folder of the cases: new, or one that was interrupted"
 DIAGNOSER = "epa_rt.cli.gap.blind.diagnose:diagnose_files"
 
 
@@ -79,9 +87,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         action="store_true",
         help="trials of a quarter of the length: to see that all of it runs, not to judge by",
     )
-    make.add_argument(
-        "-o", "--out", type=Path, required=True, help="folder of the cases; must be new"
-    )
+    make.add_argument("-o", "--out", type=Path, required=True, help=OUT)
     make.add_argument(
         "--sealed", type=Path, help="folder of the sealed truth (default: OUT.sealed)"
     )
@@ -133,9 +139,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         "matrix", help="each effect hidden and left out of the catalogue: what is said instead"
     )
     matrix.add_argument("--seed", type=int, required=True, help="another seed gives other cases")
-    matrix.add_argument(
-        "-o", "--out", type=Path, required=True, help="folder of the cases; must be new"
-    )
+    matrix.add_argument("-o", "--out", type=Path, required=True, help=OUT)
     matrix.add_argument(
         "--of",
         choices=("stand_in", "catalogue"),
@@ -285,40 +289,36 @@ def _make(arguments: argparse.Namespace) -> int:
     if unknown:
         raise VerbError(f"--kinds: found {', '.join(unknown)}, expected some of {', '.join(KINDS)}")
     sealed = sealed_of(arguments.out, arguments.sealed)
-    if (arguments.out / "truth.sha256").exists() or (
-        arguments.out.exists() and any(arguments.out.iterdir()) and not (sealed / "parts").exists()
-    ):
-        raise VerbError(
-            f"{arguments.out}: found a folder with files, expected a new one (or one whose making"
-            " was interrupted)"
-        )
+    check_new(arguments.out, sealed)
     if arguments.each and (arguments.cases or arguments.kinds):
         raise VerbError(
             f"--each: found {'--cases' if arguments.cases else '--kinds'} beside it, expected it"
             " alone (it has as many cases as there are effects and rigs)"
         )
-    if arguments.each:
-        make_each(
-            arguments.seed,
-            arguments.each,
-            arguments.out,
-            sealed,
-            arguments.config,
-            arguments.jobs,
-            arguments.laws,
-        )
-        return COMPLETED
-    make_all(
-        arguments.seed,
-        arguments.cases or CASES,
-        tuple(arguments.kinds or KINDS),
-        arguments.out,
-        sealed,
-        arguments.config,
-        arguments.jobs,
-        arguments.laws,
-        arguments.short,
-    )
+    with alone(arguments.out):
+        check_new(arguments.out, sealed)  # another may just have ended
+        if arguments.each:
+            make_each(
+                arguments.seed,
+                arguments.each,
+                arguments.out,
+                sealed,
+                arguments.config,
+                arguments.jobs,
+                arguments.laws,
+            )
+        else:
+            make_all(
+                arguments.seed,
+                arguments.cases or CASES,
+                tuple(arguments.kinds or KINDS),
+                arguments.out,
+                sealed,
+                arguments.config,
+                arguments.jobs,
+                arguments.laws,
+                arguments.short,
+            )
     return COMPLETED
 
 
@@ -395,12 +395,20 @@ def _matrix(arguments: argparse.Namespace) -> int:
 
     check_folder(arguments.out)
     sealed = sealed_of(arguments.out, None)
-    if (arguments.out / "truth.sha256").exists():
-        check_matrix(arguments.seed, arguments.out, sealed, arguments.of)
-        check_cases(arguments.out)
-    else:
-        make_matrix(
-            arguments.seed, arguments.out, sealed, arguments.config, arguments.jobs, arguments.of
-        )
-    print(matrix(arguments.out, sealed, arguments.diagnoser, arguments.jobs), file=sys.stdout)
+    if not (arguments.out / "truth.sha256").exists():
+        check_new(arguments.out, sealed)
+    with alone(arguments.out):
+        if (arguments.out / "truth.sha256").exists():
+            check_matrix(arguments.seed, arguments.out, sealed, arguments.of)
+            check_cases(arguments.out)
+        else:
+            make_matrix(
+                arguments.seed,
+                arguments.out,
+                sealed,
+                arguments.config,
+                arguments.jobs,
+                arguments.of,
+            )
+        print(matrix(arguments.out, sealed, arguments.diagnoser, arguments.jobs), file=sys.stdout)
     return COMPLETED

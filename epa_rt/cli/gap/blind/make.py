@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from zlib import crc32
 
 from epa_rt.cli.exits import FAILED, VerbError
+from epa_rt.cli.gap.blind.places import PARTS
 from epa_rt.cli.gap.blind.side_by_side import side_by_side
 from epa_rt.cli.write import write_whole
 
@@ -106,7 +107,7 @@ def record_all(
 
     began_s = time.monotonic()
     out.mkdir(parents=True, exist_ok=True)
-    parts = sealed / "parts"
+    parts = sealed / PARTS
     parts.mkdir(parents=True, exist_ok=True)
     sealed.chmod(0o700)
     truths = list(

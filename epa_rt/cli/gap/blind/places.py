@@ -1,10 +1,15 @@
 """Where the cases of the blind benchmark, their sealed truth and answers to them lie."""
 
+import fcntl
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from epa_rt.cli.exits import VerbError
+
+PARTS = "parts"  # of a sealed truth: the truth of each case while they are made
 
 
 def check_sealed(cases: Path, sealed: Path) -> None:
@@ -50,6 +55,42 @@ def check_folder(out: Path) -> None:
     """That a folder can be made, or is one. Raises VerbError."""
     if out.exists() and not out.is_dir():
         raise VerbError(f"{out}: found a file, expected a folder, or a name for a new one")
+
+
+def check_new(out: Path, sealed: Path) -> None:
+    """That a folder of cases is new, or one whose making was interrupted. Raises VerbError."""
+    from epa_rt.benchmark.seal import HASH
+
+    if (out / HASH).exists() or (
+        out.exists() and any(out.iterdir()) and not (sealed / PARTS).exists()
+    ):
+        raise VerbError(
+            f"{out}: found a folder with files, expected a new one (or one whose making was"
+            " interrupted)"
+        )
+
+
+@contextmanager
+def alone(out: Path) -> Iterator[None]:
+    """A folder of cases, made where it is not, into which nobody else makes any meanwhile. The lock
+    on it ends with the process. A file system without locks is written all the same. Raises
+    VerbError.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(out, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise VerbError(
+                f"{out}: found a folder that another epa gap blind is at work in, expected one at a"
+                " time"
+            ) from None
+        except OSError:
+            pass
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def sealed_of(cases: Path, chosen: Path | None) -> Path:
