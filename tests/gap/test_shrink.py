@@ -57,7 +57,7 @@ def test_what_noise_leaves_of_a_log_that_no_fit_has_seen_is_found_at_the_fitted_
     fitted, unseen = recorded(TRUTH, "a", 1), recorded(TRUTH, "b", 2)
     problem, asked = Problem(Damper(), [fitted], FLOORS), []
 
-    def floors(subject, recordings, values, repeats, seed):
+    def floors(subject, recordings, values, seed):
         asked.append(dict(values))
         return {"damper": replace(white_floor(), rms=3.0 * NOISE_N)}
 
