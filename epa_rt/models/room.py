@@ -15,6 +15,7 @@ from epa_rt.config.units import UnitError, suffix_of, unit
 
 Kind = TypeVar("Kind")
 Found = TypeVar("Found")
+Bounds = tuple[float, float]
 RUNS = "a law that runs"
 
 
@@ -69,8 +70,17 @@ def sound(file: Path, name: str, of: str, check: Callable[[], Found]) -> Found:
         raise ConfigError(file, line, of, said, RUNS) from error
 
 
-def check_start(start: object, names: Sequence[str], bounds: Sequence[tuple[float, float]]) -> None:
-    """That a start is a value for each of ``names``, within its ``bounds``. Raises Fault."""
+def check_starts(starts: object, names: Sequence[str], bounds: Sequence[Bounds], each: str) -> None:
+    """That there are starts, each a value for each of ``names``, within its ``bounds``. ``each``:
+    what a name is of. Raises Fault.
+    """
+    if not isinstance(starts, (tuple, list)) or not starts:
+        raise Fault("starts", f"starts {starts}", f"one or more, each a value for each {each}")
+    for start in starts:
+        check_start(start, names, bounds)
+
+
+def check_start(start: object, names: Sequence[str], bounds: Sequence[Bounds]) -> None:
     if not isinstance(start, (tuple, list)) or len(start) != len(names):
         raise Fault("starts", f"a start {start}", f"a value for each of {', '.join(names)}")
     for value, name, (low, high) in zip(start, names, bounds, strict=True):

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 
 from epa_rt.models.addition import Addition
-from epa_rt.models.room import Fault, check_start, check_unit
+from epa_rt.models.room import Fault, check_starts, check_unit
 from epa_rt.models.tables import Table, record_type
 from epa_rt.models.tables_muscle import MUSCLE
 
@@ -29,13 +29,8 @@ def check_said(one: Addition, names: Container[str], taken: Container[str]) -> N
     if one.rows[0].neutral != 0.0:
         found = "a first row that is not 0 where the effect is absent"
         raise Fault("rows", found, "its strength")
-    starts: object = one.effect.starts
-    if not isinstance(starts, (tuple, list)) or not starts:
-        raise Fault("starts", f"starts {starts}", "one or more, each a value for each row")
-    for start in starts:
-        check_start(
-            start, [row.name for row in one.rows], [(row.low, row.high) for row in one.rows]
-        )
+    bounds = [(row.low, row.high) for row in one.rows]
+    check_starts(one.effect.starts, [row.name for row in one.rows], bounds, "row")
     if not numba.config.DISABLE_JIT and not hasattr(one.tension_n, "py_func"):
         raise Fault(_name(one), f"{_name(one)} without @compiled", "@compiled before it")
 

@@ -165,12 +165,13 @@ def occam(model: Model, numbers: Numbers) -> float:
 
 def log_evidence(model: Model, prior: Prior, numbers: Numbers) -> float:
     """Log of the joint probability of data and model, up to what is the same for all models, over
-    the views that the model has.
+    the views that the model has; none of a plant that ran away.
     """
     total = prior.log_odds(model.effects, numbers.further_odds)
     total += occam(model, numbers)
     total += _mean_of_fits(model, of_sizes)
-    return total + _strain_of(model) + of_views(model.views, numbers)
+    total += _strain_of(model) + of_views(model.views, numbers)
+    return total if np.isfinite(total) else -np.inf
 
 
 def _strain_of(model: Model) -> float:

@@ -483,8 +483,7 @@ class Search:
         """Log evidence over the views that a model has, on what the others leave so far."""
         known = self._weighed.get(id(model))
         if known is None:
-            found = self._scores.evidence(self._on_ground(model))
-            known = model, found if np.isfinite(found) else -np.inf  # a plant that ran away
+            known = model, self._scores.evidence(self._on_ground(model))
             self._weighed[id(model)] = known  # as long as it is there nothing else has its id
         return known[1]
 

@@ -13,7 +13,7 @@ from epa_rt.gap.likelihood.as_one import LINK, AsOne, apart
 from epa_rt.gap.likelihood.ground import Ground
 from epa_rt.gap.likelihood.point import Normal, Point, linearised
 from epa_rt.gap.likelihood.problem import Problem
-from epa_rt.gap.likelihood.reading_noise import ReadingNoise
+from epa_rt.gap.likelihood.reading_noise import PerSample, ReadingNoise
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject, Values
 
@@ -122,7 +122,7 @@ def blocks(
                 float(residual @ residual) + per_sample[link].filtered * bare.samples(link),
                 matrix.sum(axis=0),
                 _loose(problem, link),
-                max(per_sample[link].off, usual.off[link] if usual else 0.0) * bare.samples(link),
+                _off(bare, per_sample, link),
             )
             for link, residual, matrix in zip(bare.links, residuals, normal.matrix, strict=True)
         },
@@ -174,6 +174,13 @@ def _of_effects(
     return known, sizes
 
 
+def _off(problem: Problem, per_sample: Mapping[str, PerSample], link: str) -> float:
+    """As ``Seen.off``: by what its readings are off, or what healthy runs differ by."""
+    usual = problem.subject.usual
+    most = max(per_sample[link].off, usual.off[link] if usual else 0.0)
+    return most * problem.samples(link)
+
+
 def _numbers(normal: Normal) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
     return normal.keys, normal.z, normal.prior > 0.0
 
@@ -212,15 +219,13 @@ class HeldOut:
     def blocks(self, values: Values) -> View:
         """Block by block at values that were fitted elsewhere."""
         problem, per_sample = self._problem, self._reading_noise.per_sample(values)
-        usual = problem.subject.usual
-        differs = usual.off if usual else dict.fromkeys(problem.links, 0.0)
         return View(
             {
                 link: Seen(
                     per_sample[link].mean * problem.samples(link),
                     float(residual @ residual) + per_sample[link].filtered * problem.samples(link),
                     loose=_loose(problem, link),
-                    off=max(per_sample[link].off, differs[link]) * problem.samples(link),
+                    off=_off(problem, per_sample, link),
                 )
                 for link in problem.links
                 for residual in [problem.residual(values, link)]

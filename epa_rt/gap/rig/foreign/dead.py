@@ -11,7 +11,7 @@ from epa_rt.gap.hygiene.values import invalid
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign.rig_file import ForeignRig
 
-_PLACES, _EFFORTS = ("m", "rad"), ("N", "N*m")
+_PLACES, _EFFORTS = ("m", "rad"), ("N", "N*m")  # units of positions, and of forces and torques
 
 
 def check_dead(

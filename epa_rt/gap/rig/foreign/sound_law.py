@@ -8,9 +8,9 @@ import numpy as np
 from epa_rt.gap.rig.foreign.component import Parameter, scaled
 from epa_rt.gap.rig.foreign.law import Law, Motion
 from epa_rt.gap.rig.foreign.plant_file import sized
-from epa_rt.models.room import Fault, check_start, check_unit
+from epa_rt.models.room import Fault, check_starts, check_unit
 
-ROWS, PERIOD_S = 40, 0.01
+ROWS, PERIOD_S = 40, 0.01  # of the motion that a law is asked for
 # of a small carriage, in SI
 SETTINGS = {
     "typical_force": 20.0,
@@ -70,12 +70,9 @@ def check_said(law: Law, names: Container[str], keys: Container[str]) -> None:
     if not law.parameters or law.parameters[0].neutral != 0.0:
         found = "a first number that is not 0 where the law is absent"
         raise Fault("numbers", found, "its strength")
-    starts: object = law.effect.starts
-    if not isinstance(starts, (tuple, list)) or not starts:
-        raise Fault("starts", f"starts {starts}", "one or more, each a value for each number")
     rows = law.parameters
-    for start in starts:
-        check_start(start, [row.name for row in rows], [(row.low, row.high) for row in rows])
+    bounds = [(row.low, row.high) for row in rows]
+    check_starts(law.effect.starts, [row.name for row in rows], bounds, "number")
 
 
 def _check_number(number: Parameter, of: str, keys: Container[str]) -> None:
